@@ -1,0 +1,3 @@
+//! The `balayage` command.
+
+fn main() {}

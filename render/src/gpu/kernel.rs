@@ -1,0 +1,85 @@
+//! A compute pass: one WGSL file in `shaders/pass/`, its pipeline and its bindings.
+
+use super::{Gpu, GpuError, shader};
+
+/// Threads per group of every one-dimensional pass.
+pub const GROUP_SIZE: u32 = 64;
+
+/// A compiled compute pass with the bind group layout that its shader implies.
+pub struct Kernel {
+    pipeline: wgpu::ComputePipeline,
+    label: String,
+}
+
+impl Kernel {
+    /// Compiles `shaders/<path>`, entry point `main`, with pipeline-overridable `constants`.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`] with the compiler's message.
+    pub fn new(gpu: &Gpu, path: &str, constants: &[(&str, f64)]) -> Result<Self, GpuError> {
+        let refused = |reason: String| GpuError::Refused { what: format!("shaders/{path}"), reason };
+        let text = shader::compose(path).map_err(refused)?;
+        let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(path),
+            source: wgpu::ShaderSource::Wgsl(text.into()),
+        });
+        let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(path),
+            layout: None,
+            module: &module,
+            entry_point: Some("main"),
+            compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+            cache: None,
+        });
+        match pollster::block_on(scope.pop()) {
+            Some(error) => Err(refused(error.to_string())),
+            None => Ok(Self { pipeline, label: path.to_owned() }),
+        }
+    }
+
+    /// Binds whole buffers of group 0 by binding number.
+    pub fn bind(&self, gpu: &Gpu, buffers: &[(u32, &wgpu::Buffer)]) -> wgpu::BindGroup {
+        let entries: Vec<_> = buffers
+            .iter()
+            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding: *binding, resource: buffer.as_entire_binding() })
+            .collect();
+        self.bind_entries(gpu, &entries)
+    }
+
+    /// Binds any resources of group 0.
+    pub fn bind_entries(&self, gpu: &Gpu, entries: &[wgpu::BindGroupEntry<'_>]) -> wgpu::BindGroup {
+        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(&self.label),
+            layout: &self.pipeline.get_bind_group_layout(0),
+            entries,
+        })
+    }
+
+    /// Records one dispatch of `groups` work groups.
+    pub fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, bind_group: &wgpu::BindGroup, groups: [u32; 3]) {
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, bind_group, &[]);
+        pass.dispatch_workgroups(groups[0], groups[1], groups[2]);
+    }
+
+    /// Runs over `count` items in a submission of its own: groups of [`GROUP_SIZE`], folded into x and y above 65,535
+    /// groups; the shader's index is `id.x + id.y * 65535 * 64` and has to be compared with its own count.
+    pub fn run(&self, gpu: &Gpu, bind_group: &wgpu::BindGroup, count: u32) {
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some(&self.label),
+                timestamp_writes: None,
+            });
+            self.dispatch(&mut pass, bind_group, fold_groups(count));
+        }
+        gpu.queue.submit([encoder.finish()]);
+    }
+}
+
+/// Work groups for `count` items: x up to 65,535, the rest in y.
+pub fn fold_groups(count: u32) -> [u32; 3] {
+    let groups = count.div_ceil(GROUP_SIZE).max(1);
+    [groups.min(65_535), groups.div_ceil(65_535), 1]
+}

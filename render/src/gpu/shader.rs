@@ -1,0 +1,34 @@
+//! Composes WGSL: a line `//!use lib/x.wgsl` brings that file, and what it uses, in once, before the file that asks.
+
+/// Every WGSL file of the product: path below `shaders/` and text.
+pub const SOURCES: &[(&str, &str)] = &[source("lib/types.wgsl", include_str!("../../../shaders/lib/types.wgsl"))];
+
+const fn source(path: &'static str, text: &'static str) -> (&'static str, &'static str) {
+    (path, text)
+}
+
+/// The text of `path` with everything it uses in front of it, each file once.
+///
+/// # Errors
+/// Names the file that is used and does not exist.
+pub fn compose(path: &str) -> Result<String, String> {
+    let mut seen = Vec::new();
+    let mut out = String::new();
+    append(path, &mut seen, &mut out)?;
+    Ok(out)
+}
+
+fn append<'a>(path: &'a str, seen: &mut Vec<&'a str>, out: &mut String) -> Result<(), String> {
+    if seen.contains(&path) {
+        return Ok(());
+    }
+    seen.push(path);
+    let text: &'static str =
+        SOURCES.iter().find(|(name, _)| *name == path).map(|(_, text)| *text).ok_or_else(|| format!("shaders/{path} does not exist"))?;
+    for used in text.lines().filter_map(|line| line.strip_prefix("//!use ")) {
+        append(used.trim(), seen, out)?;
+    }
+    out.push_str(text);
+    out.push('\n');
+    Ok(())
+}

@@ -1,0 +1,1 @@
+//! Pictures: linear RGBA in memory, PNG and EXR on disk.

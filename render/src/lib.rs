@@ -1,0 +1,18 @@
+//! Hair, its light and its picture; no user interface.
+//!
+//! The frame in order:
+//! 1. [`groom`]: strands from a file or the generator become a sound [`groom::Groom`]; [`groom::RefinedGroom`] is the smooth cubic
+//!    through its points, dense enough for a five-degree highlight.
+//! 2. [`param`]: painted channels per groom point become [`param::VertexParams`], what the shaders read.
+//! 3. [`light`]: an environment map becomes a few SRBF lights.
+//! 4. [`gpu`]: upload of what changed, density volume, transmittance, strand shading, strand drawing, tone mapping.
+//!
+//! [`optics`] is the float64 reference that the shaders are held against. It imports nothing of ours.
+
+pub mod gpu;
+pub mod groom;
+pub mod image;
+pub mod light;
+pub mod optics;
+pub mod param;
+pub mod volume;

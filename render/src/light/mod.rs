@@ -1,0 +1,41 @@
+//! Environment maps and the SRBF lights that stand for them.
+//!
+//! World: right-handed, y up. Map pixel (u, v) in [0,1]^2, row 0 on top, is the direction
+//! (sin 2 pi u sin pi v, cos pi v, -cos 2 pi u sin pi v).
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// One spherical radial basis function: radiance * exp(2 (w . direction - 1) / bandwidth^2), peak 1 (Xu 2011, Eq 1).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SrbfLight {
+    /// Unit vector towards the light, world space.
+    pub direction: Vec3,
+    /// Bandwidth lambda, radians-like, > 0.
+    pub bandwidth: f32,
+    /// Radiance at the centre, linear Rec.709.
+    pub radiance: Vec3,
+}
+
+/// The content of a LIGHTS.json: lights and an optional uniform environment that is evaluated exactly.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LightSet {
+    /// The SRBF lights.
+    pub lights: Vec<SrbfLight>,
+    /// Radiance of a uniform environment, linear Rec.709.
+    #[serde(default)]
+    pub constant: Vec3,
+}
+
+/// An equirectangular map of linear Rec.709 radiance, row 0 on top, finite and non-negative.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EnvironmentMap {
+    /// Pixels a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// `width * height` pixels, row after row.
+    pub pixels: Vec<Vec3>,
+}

@@ -1,0 +1,153 @@
+//! What a user paints, per groom point, and what the shaders read of it.
+
+use bytemuck::{Pod, Zeroable};
+use serde::{Deserialize, Serialize};
+
+/// A painted channel; values live on the groom's points (design: angles in degrees here, radians in [`VertexParams`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Channel {
+    /// Eumelanin concentration, >= 0.
+    Eumelanin,
+    /// Pheomelanin concentration, >= 0.
+    Pheomelanin,
+    /// Share of melanin removed, in [0, 1].
+    Bleach,
+    /// Dye absorption per fibre radius, linear Rec.709 (three values).
+    Dye,
+    /// Cuticle tilt of R in degrees; negative towards the root.
+    AlphaDeg,
+    /// Longitudinal roughness of R: standard deviation in theta_h, degrees.
+    BetaDeg,
+    /// Azimuthal roughness: standard deviation, degrees.
+    AzimuthalDeg,
+    /// Index of refraction.
+    Eta,
+    /// Eccentricity a of the cross-section (1 = circular), Xu 2011 Eq 24.
+    Eccentricity,
+}
+
+/// Unpainted values of every channel at one point. Widths are standard deviations.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PointValues {
+    /// Eumelanin concentration, >= 0.
+    pub eumelanin: f32,
+    /// Pheomelanin concentration, >= 0.
+    pub pheomelanin: f32,
+    /// Share of melanin removed, in [0, 1].
+    pub bleach: f32,
+    /// Dye absorption per fibre radius, linear Rec.709.
+    pub dye: [f32; 3],
+    /// Cuticle tilt of R, degrees.
+    pub alpha_deg: f32,
+    /// Longitudinal roughness of R, standard deviation in theta_h, degrees.
+    pub beta_deg: f32,
+    /// Azimuthal roughness, standard deviation, degrees.
+    pub azimuthal_deg: f32,
+    /// Index of refraction.
+    pub eta: f32,
+    /// Eccentricity a, 1 = circular.
+    pub eccentricity: f32,
+}
+
+impl Default for PointValues {
+    fn default() -> Self {
+        Self {
+            eumelanin: 1.3,
+            pheomelanin: 0.2,
+            bleach: 0.0,
+            dye: [0.0; 3],
+            alpha_deg: -5.0,
+            beta_deg: 5.5,
+            azimuthal_deg: 8.0,
+            eta: 1.55,
+            eccentricity: 1.0,
+        }
+    }
+}
+
+/// Absorption cross-sections of the two melanins per unit concentration and fibre radius, linear Rec.709.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PigmentSet {
+    /// Set A: d'Eon 2011.
+    #[default]
+    Deon2011,
+    /// Set B: Blender Cycles.
+    Cycles,
+}
+
+impl PigmentSet {
+    /// Eumelanin absorption per unit concentration.
+    pub fn eumelanin(self) -> [f32; 3] {
+        match self {
+            Self::Deon2011 => [0.419, 0.697, 1.37],
+            Self::Cycles => [0.506, 0.841, 1.653],
+        }
+    }
+
+    /// Pheomelanin absorption per unit concentration.
+    pub fn pheomelanin(self) -> [f32; 3] {
+        match self {
+            Self::Deon2011 => [0.187, 0.4, 1.05],
+            Self::Cycles => [0.343, 0.733, 1.924],
+        }
+    }
+}
+
+/// Ratios of TT's and TRT's tilt and width to R's (defaults: Marschner 2003, table 1).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LobeRatios {
+    /// alpha_TT / alpha_R.
+    pub alpha_tt: f32,
+    /// alpha_TRT / alpha_R.
+    pub alpha_trt: f32,
+    /// beta_TT / beta_R.
+    pub beta_tt: f32,
+    /// beta_TRT / beta_R.
+    pub beta_trt: f32,
+}
+
+impl Default for LobeRatios {
+    fn default() -> Self {
+        Self { alpha_tt: -0.5, alpha_trt: -1.5, beta_tt: 0.5, beta_trt: 2.0 }
+    }
+}
+
+/// What the shaders read of one groom point: 8 floats, same layout as `VertexParams` in `shaders/lib/types.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct VertexParams {
+    /// Absorption per fibre radius, linear Rec.709.
+    pub sigma_a: [f32; 3],
+    /// Cuticle tilt of R, radians.
+    pub alpha_rad: f32,
+    /// Longitudinal roughness of R, standard deviation in theta_h, radians.
+    pub beta_rad: f32,
+    /// Azimuthal bandwidth w_c of Xu 2011, radians (sqrt(2) times the standard deviation).
+    pub azimuthal_width: f32,
+    /// Index of refraction.
+    pub eta: f32,
+    /// Eccentricity a.
+    pub eccentricity: f32,
+}
+
+impl PointValues {
+    /// The shader's view of this point: sigma_a = (1 - bleach)(c_e sigma_e + c_p sigma_p) + dye.
+    pub fn vertex_params(&self, pigments: PigmentSet) -> VertexParams {
+        let (e, p) = (pigments.eumelanin(), pigments.pheomelanin());
+        let kept = 1.0 - self.bleach;
+        VertexParams {
+            sigma_a: std::array::from_fn(|c| {
+                kept * (self.eumelanin * e[c] + self.pheomelanin * p[c]) + self.dye[c]
+            }),
+            alpha_rad: self.alpha_deg.to_radians(),
+            beta_rad: self.beta_deg.to_radians(),
+            azimuthal_width: std::f32::consts::SQRT_2 * self.azimuthal_deg.to_radians(),
+            eta: self.eta,
+            eccentricity: self.eccentricity,
+        }
+    }
+}

@@ -1,0 +1,1 @@
+//! Fibre density of a groom and what light loses and gains on its way through it.

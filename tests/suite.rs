@@ -1,0 +1,1 @@
+//! Laws, parity, layout, images, painting, project and command line.

@@ -1,0 +1,1 @@
+//! What the tests share: data folder, comparators with their negative controls, poison values.

@@ -1,0 +1,2 @@
+//! The editor, driven through its accessibility tree.
+
