@@ -1,1 +1,2 @@
 //! Laws, parity, layout, images, painting, project and command line.
+mod raster;

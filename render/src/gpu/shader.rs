@@ -1,7 +1,44 @@
 //! Composes WGSL: a line `//!use lib/x.wgsl` brings that file, and what it uses, in once, before the file that asks.
 
 /// Every WGSL file of the product: path below `shaders/` and text.
-pub const SOURCES: &[(&str, &str)] = &[source("lib/types.wgsl", include_str!("../../../shaders/lib/types.wgsl"))];
+pub const SOURCES: &[(&str, &str)] = &[
+    source(
+        "lib/camera.wgsl",
+        include_str!("../../../shaders/lib/camera.wgsl"),
+    ),
+    source(
+        "lib/coverage.wgsl",
+        include_str!("../../../shaders/lib/coverage.wgsl"),
+    ),
+    source(
+        "lib/environment.wgsl",
+        include_str!("../../../shaders/lib/environment.wgsl"),
+    ),
+    source(
+        "lib/fragment.wgsl",
+        include_str!("../../../shaders/lib/fragment.wgsl"),
+    ),
+    source(
+        "lib/refined.wgsl",
+        include_str!("../../../shaders/lib/refined.wgsl"),
+    ),
+    source("lib/types.wgsl", include_str!("../../../shaders/lib/types.wgsl")),
+    source("lib/view.wgsl", include_str!("../../../shaders/lib/view.wgsl")),
+    source("pass/head.wgsl", include_str!("../../../shaders/pass/head.wgsl")),
+    source(
+        "pass/resolve.wgsl",
+        include_str!("../../../shaders/pass/resolve.wgsl"),
+    ),
+    source(
+        "pass/strand_alloc.wgsl",
+        include_str!("../../../shaders/pass/strand_alloc.wgsl"),
+    ),
+    source(
+        "pass/strand_bin.wgsl",
+        include_str!("../../../shaders/pass/strand_bin.wgsl"),
+    ),
+    source("pass/view.wgsl", include_str!("../../../shaders/pass/view.wgsl")),
+];
 
 const fn source(path: &'static str, text: &'static str) -> (&'static str, &'static str) {
     (path, text)
@@ -23,8 +60,11 @@ fn append<'a>(path: &'a str, seen: &mut Vec<&'a str>, out: &mut String) -> Resul
         return Ok(());
     }
     seen.push(path);
-    let text: &'static str =
-        SOURCES.iter().find(|(name, _)| *name == path).map(|(_, text)| *text).ok_or_else(|| format!("shaders/{path} does not exist"))?;
+    let text: &'static str = SOURCES
+        .iter()
+        .find(|(name, _)| *name == path)
+        .map(|(_, text)| *text)
+        .ok_or_else(|| format!("shaders/{path} does not exist"))?;
     for used in text.lines().filter_map(|line| line.strip_prefix("//!use ")) {
         append(used.trim(), seen, out)?;
     }
