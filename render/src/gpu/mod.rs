@@ -3,6 +3,11 @@
 mod device;
 mod kernel;
 pub mod shader;
+mod transmittance;
 
 pub use device::{Gpu, GpuError};
 pub use kernel::{GROUP_SIZE, Kernel, fold_groups};
+pub use transmittance::{
+    AVERAGES_ENTRIES, LightBatch, PATH_BYTES, Transmittance, TransmittanceReport, VISIBILITY_BYTES,
+    VolumeReport,
+};

@@ -1,7 +1,29 @@
 //! Composes WGSL: a line `//!use lib/x.wgsl` brings that file, and what it uses, in once, before the file that asks.
 
 /// Every WGSL file of the product: path below `shaders/` and text.
-pub const SOURCES: &[(&str, &str)] = &[source("lib/types.wgsl", include_str!("../../../shaders/lib/types.wgsl"))];
+pub const SOURCES: &[(&str, &str)] = &[
+    source("lib/types.wgsl", include_str!("../../../shaders/lib/types.wgsl")),
+    source(
+        "lib/averages.wgsl",
+        include_str!("../../../shaders/lib/averages.wgsl"),
+    ),
+    source(
+        "lib/volume.wgsl",
+        include_str!("../../../shaders/lib/volume.wgsl"),
+    ),
+    source(
+        "pass/density_paint.wgsl",
+        include_str!("../../../shaders/pass/density_paint.wgsl"),
+    ),
+    source(
+        "pass/transmittance_path.wgsl",
+        include_str!("../../../shaders/pass/transmittance_path.wgsl"),
+    ),
+    source(
+        "pass/transmittance_visibility.wgsl",
+        include_str!("../../../shaders/pass/transmittance_visibility.wgsl"),
+    ),
+];
 
 const fn source(path: &'static str, text: &'static str) -> (&'static str, &'static str) {
     (path, text)
@@ -23,8 +45,11 @@ fn append<'a>(path: &'a str, seen: &mut Vec<&'a str>, out: &mut String) -> Resul
         return Ok(());
     }
     seen.push(path);
-    let text: &'static str =
-        SOURCES.iter().find(|(name, _)| *name == path).map(|(_, text)| *text).ok_or_else(|| format!("shaders/{path} does not exist"))?;
+    let text: &'static str = SOURCES
+        .iter()
+        .find(|(name, _)| *name == path)
+        .map(|(_, text)| *text)
+        .ok_or_else(|| format!("shaders/{path} does not exist"))?;
     for used in text.lines().filter_map(|line| line.strip_prefix("//!use ")) {
         append(used.trim(), seen, out)?;
     }
