@@ -4,4 +4,5 @@ mod groom;
 mod groom_damage;
 mod groom_generate;
 mod groom_refined;
+mod pathtraced;
 mod raster;
