@@ -2,7 +2,9 @@
 
 mod device;
 mod kernel;
+pub mod probe;
 pub mod shader;
+pub mod tables;
 
 pub use device::{Gpu, GpuError};
 pub use kernel::{GROUP_SIZE, Kernel, fold_groups};

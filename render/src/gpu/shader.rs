@@ -1,7 +1,22 @@
 //! Composes WGSL: a line `//!use lib/x.wgsl` brings that file, and what it uses, in once, before the file that asks.
 
 /// Every WGSL file of the product: path below `shaders/` and text.
-pub const SOURCES: &[(&str, &str)] = &[source("lib/types.wgsl", include_str!("../../../shaders/lib/types.wgsl"))];
+pub const SOURCES: &[(&str, &str)] = &[
+    source("lib/types.wgsl", include_str!("../../../shaders/lib/types.wgsl")),
+    source("lib/maths.wgsl", include_str!("../../../shaders/lib/maths.wgsl")),
+    source("lib/tables.wgsl", include_str!("../../../shaders/lib/tables.wgsl")),
+    source("lib/quality.wgsl", include_str!("../../../shaders/lib/quality.wgsl")),
+    source("lib/fibre.wgsl", include_str!("../../../shaders/lib/fibre.wgsl")),
+    source("lib/paths.wgsl", include_str!("../../../shaders/lib/paths.wgsl")),
+    source("lib/longitudinal.wgsl", include_str!("../../../shaders/lib/longitudinal.wgsl")),
+    source("lib/azimuth_r.wgsl", include_str!("../../../shaders/lib/azimuth_r.wgsl")),
+    source("lib/azimuth_tt.wgsl", include_str!("../../../shaders/lib/azimuth_tt.wgsl")),
+    source("lib/azimuth_trt.wgsl", include_str!("../../../shaders/lib/azimuth_trt.wgsl")),
+    source("lib/single.wgsl", include_str!("../../../shaders/lib/single.wgsl")),
+    source("lib/global.wgsl", include_str!("../../../shaders/lib/global.wgsl")),
+    source("lib/averages.wgsl", include_str!("../../../shaders/lib/averages.wgsl")),
+    source("pass/probe.wgsl", include_str!("../../../shaders/pass/probe.wgsl")),
+];
 
 const fn source(path: &'static str, text: &'static str) -> (&'static str, &'static str) {
     (path, text)
