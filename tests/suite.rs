@@ -1,1 +1,3 @@
 //! Laws, parity, layout, images, painting, project and command line.
+
+mod volume;
