@@ -6,3 +6,4 @@ mod groom_generate;
 mod groom_refined;
 mod pathtraced;
 mod raster;
+mod volume;
