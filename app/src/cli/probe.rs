@@ -321,5 +321,6 @@ fn kajiya_kay_model(case: &KajiyaKayCase) -> Result<Value, OpticsError> {
         case.lambda_j,
     )?;
     let diffuse = kajiya_kay::diffuse(&light, TOLERANCE)?;
-    Ok(json!({ "diffuse": [diffuse; 3] }))
+    let channels: Rgb = [diffuse; 3];
+    Ok(json!({ "diffuse": channels }))
 }
