@@ -1,3 +1,10 @@
 //! Balayage: paint dye onto real hair strands and see physically based hair answer at once.
 //!
 //! `ui -> tool -> document -> paint -> render`: each room imports only what stands to its right.
+
+pub mod cli;
+pub mod document;
+pub mod paint;
+mod problem;
+
+pub use problem::Problem;
