@@ -1,1 +1,4 @@
 //! Laws, parity, layout, images, painting, project and command line.
+
+mod painting;
+mod project;

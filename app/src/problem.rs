@@ -17,19 +17,31 @@ pub struct Problem {
 }
 
 fn prefix(part: &str) -> String {
-    if part.is_empty() { String::new() } else { format!("{part}: ") }
+    if part.is_empty() {
+        String::new()
+    } else {
+        format!("{part}: ")
+    }
 }
 
 impl Problem {
     /// A problem at `place` that no file is named for yet.
     pub fn at(place: impl Into<String>, reason: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self { file: String::new(), place: place.into(), reason: reason.into(), remedy: remedy.into() }
+        Self {
+            file: String::new(),
+            place: place.into(),
+            reason: reason.into(),
+            remedy: remedy.into(),
+        }
     }
 
     /// The same problem, named as one of `file`.
     #[must_use]
     pub fn in_file(self, file: &Path) -> Self {
-        Self { file: file.display().to_string(), ..self }
+        Self {
+            file: file.display().to_string(),
+            ..self
+        }
     }
 
     /// A file that could not be read or written.

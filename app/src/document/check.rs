@@ -15,7 +15,11 @@ fn within(place: &str, x: f32, range: RangeInclusive<f32>) -> Result<(), Problem
         return Ok(());
     }
     let (low, high) = range.into_inner();
-    Err(Problem::at(place, format!("{x} is out of range"), format!("give a number from {low} to {high}")))
+    Err(Problem::at(
+        place,
+        format!("{x} is out of range"),
+        format!("give a number from {low} to {high}"),
+    ))
 }
 
 /// Checks a whole project.
@@ -23,20 +27,29 @@ pub(super) fn check_project(project: &Project) -> Result<(), Problem> {
     if project.version == 0 || project.version > PROJECT_VERSION {
         return Err(Problem::at(
             "version",
-            format!("project version {} is not one of 1 to {PROJECT_VERSION}", project.version),
+            format!(
+                "project version {} is not one of 1 to {PROJECT_VERSION}",
+                project.version
+            ),
             "open it with a newer Balayage",
         ));
     }
     if project.groom.path.is_empty() {
-        return Err(Problem::at("groom.path", "no groom is named", "name a .hair or .tfx file"));
+        return Err(Problem::at(
+            "groom.path",
+            "no groom is named",
+            "name a .hair or .tfx file",
+        ));
     }
     if let Some(metres) = project.groom.metres_per_unit {
         within("groom.metres_per_unit", metres, 1e-6..=1e6)?;
     }
     check_light(&project.light)?;
     if let Some(camera) = &project.camera {
-        check_camera(camera)
-            .map_err(|p| Problem { place: format!("camera.{}", p.place), ..p })?;
+        check_camera(camera).map_err(|p| Problem {
+            place: format!("camera.{}", p.place),
+            ..p
+        })?;
     }
     check_hair(&project.hair)?;
     check_layers(&project.layers)?;
@@ -47,18 +60,24 @@ pub(super) fn check_project(project: &Project) -> Result<(), Problem> {
 pub(super) fn check_light(light: &LightSettings) -> Result<(), Problem> {
     if !(1..=1024).contains(&light.light_count) {
         let reason = format!("{} lights", light.light_count);
-        return Err(Problem::at("light.light_count", reason, "ask for 1 to 1024 lights"));
+        return Err(Problem::at(
+            "light.light_count",
+            reason,
+            "ask for 1 to 1024 lights",
+        ));
     }
     within("light.rotation_deg", light.rotation_deg, -36_000.0..=36_000.0)?;
     within("light.exposure_ev", light.exposure_ev, -30.0..=30.0)?;
     match &light.environment {
         Environment::Sky => Ok(()),
-        Environment::Constant(rgb) => {
-            rgb.iter().try_for_each(|x| within("light.environment.constant", *x, 0.0..=1e6))
-        }
-        Environment::Map(path) | Environment::Lights(path) if path.is_empty() => {
-            Err(Problem::at("light.environment", "the path is empty", "name a file or choose \"sky\""))
-        }
+        Environment::Constant(rgb) => rgb
+            .iter()
+            .try_for_each(|x| within("light.environment.constant", *x, 0.0..=1e6)),
+        Environment::Map(path) | Environment::Lights(path) if path.is_empty() => Err(Problem::at(
+            "light.environment",
+            "the path is empty",
+            "name a file or choose \"sky\"",
+        )),
         Environment::Map(_) | Environment::Lights(_) => Ok(()),
     }
 }
@@ -88,11 +107,19 @@ pub(super) fn check_layers(layers: &[Layer]) -> Result<(), Problem> {
     for (i, layer) in layers.iter().enumerate() {
         let place = |field: &str| format!("layers[{i}].{field}");
         if layer.id.is_empty() {
-            return Err(Problem::at(place("id"), "the layer's id is empty", "give every layer an id"));
+            return Err(Problem::at(
+                place("id"),
+                "the layer's id is empty",
+                "give every layer an id",
+            ));
         }
         if layers[..i].iter().any(|other| other.id == layer.id) {
             let reason = format!("a second layer has the id \"{}\"", layer.id);
-            return Err(Problem::at(place("id"), reason, "give every layer an id of its own"));
+            return Err(Problem::at(
+                place("id"),
+                reason,
+                "give every layer an id of its own",
+            ));
         }
         within(&place("opacity"), layer.opacity, 0.0..=1.0)?;
     }
@@ -106,13 +133,25 @@ pub(super) fn check_layers(layers: &[Layer]) -> Result<(), Problem> {
 pub fn check_camera(camera: &CameraPose) -> Result<(), Problem> {
     within("fov_y_deg", camera.fov_y_deg, 0.1..=170.0)?;
     let rows = camera.world_from_camera;
-    rows.iter().flatten().try_for_each(|x| within("world_from_camera", *x, -1e6..=1e6))?;
+    rows.iter()
+        .flatten()
+        .try_for_each(|x| within("world_from_camera", *x, -1e6..=1e6))?;
     let problem = |reason: &str, remedy: &str| Err(Problem::at("world_from_camera", reason, remedy));
     if rows[3] != [0.0, 0.0, 0.0, 1.0] {
-        return problem("the last row is not 0, 0, 0, 1", "write the matrix row after row, for column vectors");
+        return problem(
+            "the last row is not 0, 0, 0, 1",
+            "write the matrix row after row, for column vectors",
+        );
     }
     let linear = Mat3::from_cols_array_2d(&std::array::from_fn(|c| std::array::from_fn(|r| rows[r][c])));
     let gram = linear.transpose() * linear;
     let rigid = gram.abs_diff_eq(Mat3::IDENTITY, 1e-3) && linear.determinant() > 0.0;
-    if rigid { Ok(()) } else { problem("the upper 3x3 block is no rotation", "give it orthonormal columns") }
+    if rigid {
+        Ok(())
+    } else {
+        problem(
+            "the upper 3x3 block is no rotation",
+            "give it orthonormal columns",
+        )
+    }
 }

@@ -58,7 +58,10 @@ impl Document {
                 return match self.extend_stroke(dabs) {
                     Ok(points) => {
                         self.commit_stroke();
-                        Ok(Changes { points, ..Changes::default() })
+                        Ok(Changes {
+                            points,
+                            ..Changes::default()
+                        })
                     }
                     Err(problem) => {
                         self.cancel_stroke();
@@ -114,12 +117,16 @@ impl Document {
     pub fn apply_continuing(&mut self, edit: Edit) -> Result<Changes, Problem> {
         let entries = self.history.undo.len();
         let changes = self.apply(edit)?;
-        let [.., earlier, newest] = self.history.undo.as_slice() else { return Ok(changes) };
+        let [.., earlier, newest] = self.history.undo.as_slice() else {
+            return Ok(changes);
+        };
 
         // The earlier entry already holds the state before the drag: the newest one adds nothing.
         let same = matches!(
             (&earlier.step, &newest.step),
-            (Step::Hair(_), Step::Hair(_)) | (Step::Light(_), Step::Light(_)) | (Step::Head(_), Step::Head(_))
+            (Step::Hair(_), Step::Hair(_))
+                | (Step::Light(_), Step::Light(_))
+                | (Step::Head(_), Step::Head(_))
         ) || matches!((&earlier.step, &newest.step), (Step::Layers { .. }, Step::Layers { .. }) if earlier.label == newest.label);
         if same && self.history.undo.len() == entries + 1 {
             let newest = self.history.undo.pop();
@@ -140,7 +147,10 @@ impl Document {
                 let before = before.take();
                 let points = self.undo_stroke(&undone, before);
                 *operation = Some(Box::new(undone));
-                Changes { points, ..Changes::default() }
+                Changes {
+                    points,
+                    ..Changes::default()
+                }
             }
             step => self.swap(step),
         };
@@ -163,7 +173,10 @@ impl Document {
                 let (redone, touched) = live.finish();
                 self.project.operations.push(redone);
                 *before = Some(touched);
-                Changes { points: self.recompose(&dirty), ..Changes::default() }
+                Changes {
+                    points: self.recompose(&dirty),
+                    ..Changes::default()
+                }
             }
             step => self.swap(step),
         };
@@ -181,7 +194,10 @@ impl Document {
         self.commit_stroke();
         operation.check()?;
         let layer = self.layer_index(&operation.layer)?;
-        let dabs_later = Operation { dabs: Vec::new(), ..operation };
+        let dabs_later = Operation {
+            dabs: Vec::new(),
+            ..operation
+        };
         self.live = Some((layer, self.layers[layer].begin(&self.index, dabs_later)));
         Ok(())
     }
@@ -191,7 +207,9 @@ impl Document {
     /// # Errors
     /// A dab that is out of range: none of `dabs` is painted.
     pub fn extend_stroke(&mut self, dabs: Vec<Dab>) -> Result<DirtyRanges, Problem> {
-        let Some((layer, mut live)) = self.live.take() else { return Ok(DirtyRanges::none()) };
+        let Some((layer, mut live)) = self.live.take() else {
+            return Ok(DirtyRanges::none());
+        };
         let dirty = check_dabs(&dabs).map(|()| self.layers[layer].extend(&self.index, &mut live, dabs));
         self.live = Some((layer, live));
         dirty.map(|dirty| self.recompose(&dirty))
@@ -211,24 +229,30 @@ impl Document {
         };
         let label = format!("{verb} {}", operation.channel.name());
         self.project.operations.push(operation);
-        self.history.push(label, Step::Stroke { operation: None, before: Some(before) });
+        self.history.push(
+            label,
+            Step::Stroke {
+                operation: None,
+                before: Some(before),
+            },
+        );
     }
 
     /// Drops the stroke under way; returns the points whose values changed back.
     pub fn cancel_stroke(&mut self) -> DirtyRanges {
-        let Some((layer, live)) = self.live.take() else { return DirtyRanges::none() };
+        let Some((layer, live)) = self.live.take() else {
+            return DirtyRanges::none();
+        };
         let (_, mut before) = live.finish();
         let dirty = self.layers[layer].swap(&self.index, &mut before);
         self.recompose(&dirty)
     }
 
     /// Puts the maps back that `before` holds, or replays the channel of the layer where they are no longer kept.
-    fn undo_stroke(
-        &mut self,
-        undone: &Operation,
-        before: Option<TouchedMaps>,
-    ) -> DirtyRanges {
-        let Ok(layer) = self.layer_index(&undone.layer) else { return DirtyRanges::none() };
+    fn undo_stroke(&mut self, undone: &Operation, before: Option<TouchedMaps>) -> DirtyRanges {
+        let Ok(layer) = self.layer_index(&undone.layer) else {
+            return DirtyRanges::none();
+        };
         let dirty = match before {
             Some(mut before) => self.layers[layer].swap(&self.index, &mut before),
             None => {
@@ -253,11 +277,17 @@ impl Document {
             }
             Step::Light(light) => {
                 std::mem::swap(&mut self.project.light, light);
-                return Changes { light: true, ..changes };
+                return Changes {
+                    light: true,
+                    ..changes
+                };
             }
             Step::Head(head) => {
                 std::mem::swap(&mut self.project.head, head);
-                return Changes { head: true, ..changes };
+                return Changes {
+                    head: true,
+                    ..changes
+                };
             }
         }
         changes.points = self.recompose(&DirtyRanges::all(self.groom().point_count()));
@@ -286,7 +316,11 @@ impl Document {
         self.project.operations = left;
 
         // A layer that was there before keeps its maps.
-        let mut old: Vec<(String, LayerMaps)> = layers.iter().map(|layer| layer.id.clone()).zip(old_maps).collect();
+        let mut old: Vec<(String, LayerMaps)> = layers
+            .iter()
+            .map(|layer| layer.id.clone())
+            .zip(old_maps)
+            .collect();
         let ids: Vec<String> = self.project.layers.iter().map(|layer| layer.id.clone()).collect();
         self.layers = ids
             .iter()
@@ -301,5 +335,8 @@ impl Document {
 /// The step to another list of layers.
 fn layer_step(layers: Vec<Layer>) -> Result<Step, Problem> {
     check::check_layers(&layers)?;
-    Ok(Step::Layers { layers, detached: Vec::new() })
+    Ok(Step::Layers {
+        layers,
+        detached: Vec::new(),
+    })
 }

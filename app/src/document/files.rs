@@ -32,7 +32,12 @@ pub fn read_text(path: &Path, limit: u64) -> Result<String, Problem> {
     }
     String::from_utf8(bytes).map_err(|e| {
         let place = format!("byte {}", e.utf8_error().valid_up_to());
-        Problem::at(place, "not UTF-8 text", "save it as UTF-8 or choose the right file").in_file(path)
+        Problem::at(
+            place,
+            "not UTF-8 text",
+            "save it as UTF-8 or choose the right file",
+        )
+        .in_file(path)
     })
 }
 
@@ -75,7 +80,9 @@ pub fn write_atomic_with(
         _ => Path::new("."),
     };
     let mut step = |step, doing: &str, act: &mut dyn FnMut() -> io::Result<()>| {
-        before(step).and_then(|()| act()).map_err(|e| Problem::io(path, doing, &e))
+        before(step)
+            .and_then(|()| act())
+            .map_err(|e| Problem::io(path, doing, &e))
     };
 
     let mut temporary = None;
@@ -90,15 +97,26 @@ pub fn write_atomic_with(
         temporary = Some(builder.tempfile_in(folder)?);
         Ok(())
     })?;
-    let mut temporary = temporary.ok_or_else(|| Problem::at("", "no temporary file", "save again").in_file(path))?;
-    step(SaveStep::Write, "saving (writing)", &mut || temporary.write_all(bytes))?;
-    step(SaveStep::Sync, "saving (syncing)", &mut || temporary.as_file().sync_all())?;
-    let mut renamed = Some(temporary);
-    step(SaveStep::Rename, "saving (renaming)", &mut || match renamed.take() {
-        Some(file) => file.persist(&target).map(drop).map_err(|e| e.error),
-        None => Ok(()),
+    let mut temporary =
+        temporary.ok_or_else(|| Problem::at("", "no temporary file", "save again").in_file(path))?;
+    step(SaveStep::Write, "saving (writing)", &mut || {
+        temporary.write_all(bytes)
     })?;
-    step(SaveStep::SyncFolder, "saving (syncing the folder)", &mut || sync_folder(folder))
+    step(SaveStep::Sync, "saving (syncing)", &mut || {
+        temporary.as_file().sync_all()
+    })?;
+    let mut renamed = Some(temporary);
+    step(
+        SaveStep::Rename,
+        "saving (renaming)",
+        &mut || match renamed.take() {
+            Some(file) => file.persist(&target).map(drop).map_err(|e| e.error),
+            None => Ok(()),
+        },
+    )?;
+    step(SaveStep::SyncFolder, "saving (syncing the folder)", &mut || {
+        sync_folder(folder)
+    })
 }
 
 /// New files get the permissions that the process's mask allows, as any other program's would.
@@ -126,7 +144,11 @@ fn sync_folder(_folder: &Path) -> io::Result<()> {
 pub fn relative(file: &Path, folder: &Path) -> String {
     let absolute = |path: &Path| normal(&std::path::absolute(path).unwrap_or_else(|_| path.to_owned()));
     let (file, folder) = (absolute(file), absolute(folder));
-    let shared = file.components().zip(folder.components()).take_while(|(a, b)| a == b).count();
+    let shared = file
+        .components()
+        .zip(folder.components())
+        .take_while(|(a, b)| a == b)
+        .count();
     let rest: PathBuf = if shared == 0 {
         file
     } else {
@@ -163,7 +185,11 @@ mod tests {
     #[test]
     fn relative_paths_lead_back() {
         let folder = Path::new("/a/b/c");
-        for (file, expected) in [("/a/b/c/d.hair", "d.hair"), ("/a/x/y.hair", "../../x/y.hair"), ("/a/b/c/e/f", "e/f")] {
+        for (file, expected) in [
+            ("/a/b/c/d.hair", "d.hair"),
+            ("/a/x/y.hair", "../../x/y.hair"),
+            ("/a/b/c/e/f", "e/f"),
+        ] {
             assert_eq!(relative(Path::new(file), folder), expected);
             assert_eq!(resolve(expected, folder), Path::new(file));
         }

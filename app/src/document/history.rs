@@ -16,7 +16,10 @@ pub(super) enum Step {
         before: Option<TouchedMaps>,
     },
     /// The other state of the layer list, and the operations that only that state has, by index.
-    Layers { layers: Vec<Layer>, detached: Vec<(usize, Operation)> },
+    Layers {
+        layers: Vec<Layer>,
+        detached: Vec<(usize, Operation)>,
+    },
     /// The other hair settings.
     Hair(Box<HairSettings>),
     /// The other light.
@@ -42,13 +45,22 @@ pub(super) struct History {
 
 impl History {
     pub(super) fn new() -> Self {
-        Self { undo: Vec::new(), redo: Vec::new(), next_id: 1, max_bytes: DEFAULT_HISTORY_BYTES }
+        Self {
+            undo: Vec::new(),
+            redo: Vec::new(),
+            next_id: 1,
+            max_bytes: DEFAULT_HISTORY_BYTES,
+        }
     }
 
     /// Records a new step; what was undone before can no longer be redone.
     pub(super) fn push(&mut self, label: impl Into<String>, step: Step) {
         self.redo.clear();
-        self.undo.push(Entry { id: self.next_id, label: label.into(), step });
+        self.undo.push(Entry {
+            id: self.next_id,
+            label: label.into(),
+            step,
+        });
         self.next_id += 1;
         self.trim();
     }

@@ -56,7 +56,11 @@ impl Layout {
         self.at_element = false;
         let arrays = self.levels.iter().filter(|level| level.is_array).count();
         let inline = self.is_inline() || (!is_array && arrays >= INLINE_ARRAYS);
-        self.levels.push(Level { is_array, inline, broken: false });
+        self.levels.push(Level {
+            is_array,
+            inline,
+            broken: false,
+        });
         writer.write_all(if is_array { b"[" } else { b"{" })
     }
 

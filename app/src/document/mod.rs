@@ -25,8 +25,8 @@ pub use edit::{Changes, Edit};
 pub use history::DEFAULT_HISTORY_BYTES;
 pub use open::{MAX_PROJECT_BYTES, Opened};
 pub use project::{
-    Blend, CameraPose, Environment, GroomReference, HairSettings, HeadReference, Layer, LightSettings, MAX_LAYERS,
-    Open, PROJECT_VERSION, Project,
+    Blend, CameraPose, Environment, GroomReference, HairSettings, HeadReference, Layer, LightSettings,
+    MAX_LAYERS, Open, PROJECT_VERSION, Project,
 };
 
 use crate::{
@@ -73,11 +73,23 @@ impl Document {
             saved_state: 0,
             live: None,
         };
-        document.layers =
-            document.project.layers.iter().map(|layer| document.replayed(&layer.id)).collect();
+        document.layers = document
+            .project
+            .layers
+            .iter()
+            .map(|layer| document.replayed(&layer.id))
+            .collect();
         let count = document.groom().point_count();
         document.values = vec![document.project.hair.base.known; count];
-        document.params = vec![document.project.hair.base.known.vertex_params(document.project.hair.pigments); count];
+        document.params = vec![
+            document
+                .project
+                .hair
+                .base
+                .known
+                .vertex_params(document.project.hair.pigments);
+            count
+        ];
         document.recompose(&DirtyRanges::all(count));
         Ok(document)
     }
@@ -154,9 +166,17 @@ impl Document {
 
     /// Index of the layer `id`.
     fn layer_index(&self, id: &str) -> Result<usize, Problem> {
-        self.project.layers.iter().position(|layer| layer.id == id).ok_or_else(|| {
-            Problem::at("layer", format!("no layer has the id \"{id}\""), "add the layer first")
-        })
+        self.project
+            .layers
+            .iter()
+            .position(|layer| layer.id == id)
+            .ok_or_else(|| {
+                Problem::at(
+                    "layer",
+                    format!("no layer has the id \"{id}\""),
+                    "add the layer first",
+                )
+            })
     }
 
     /// The maps of the layer `id`, from its operations.
@@ -165,7 +185,10 @@ impl Document {
     }
 
     fn operations_of<'a>(&'a self, id: &'a str) -> impl Iterator<Item = &'a Operation> + 'a {
-        self.project.operations.iter().filter(move |operation| operation.layer == id)
+        self.project
+            .operations
+            .iter()
+            .filter(move |operation| operation.layer == id)
     }
 
     /// Brings values and parameters of the points in `dirty` up to date; returns those that changed.
@@ -178,7 +201,12 @@ impl Document {
         };
         let mut changed = Vec::new();
         for range in dirty.ranges() {
-            let new: Vec<_> = range.clone().into_par_iter().with_min_len(1024).map(composed).collect();
+            let new: Vec<_> = range
+                .clone()
+                .into_par_iter()
+                .with_min_len(1024)
+                .map(composed)
+                .collect();
             for (point, (values, params)) in range.clone().zip(new) {
                 let p = point as usize;
                 if self.values[p] != values || self.params[p] != params {

@@ -4,7 +4,10 @@ use std::{path::Path, sync::Arc};
 
 use balayage_render::groom::{self, GroomReport};
 
-use super::{Document, files, json, project::{GroomReference, Project}};
+use super::{
+    Document, files, json,
+    project::{GroomReference, Project},
+};
 use crate::Problem;
 
 /// Project files above this size are refused, in bytes.
@@ -35,14 +38,21 @@ impl Document {
             if metres_per_unit.is_some() {
                 project.groom.metres_per_unit = metres_per_unit;
             }
-            let mut opened = Self::open_project(project, &folder).map_err(|p| {
-                if p.file.is_empty() { p.in_file(path) } else { p }
-            })?;
+            let mut opened = Self::open_project(project, &folder)
+                .map_err(|p| if p.file.is_empty() { p.in_file(path) } else { p })?;
             opened.document.path = Some(path.to_owned());
             return Ok(opened);
         }
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let reference = GroomReference { path: name, metres_per_unit, ..GroomReference::default() };
+        let name = path
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        let reference = GroomReference {
+            path: name,
+            metres_per_unit,
+            ..GroomReference::default()
+        };
         Self::open_project(Project::new(reference), &folder)
     }
 
@@ -70,7 +80,11 @@ impl Document {
         project.groom.hash = Some(hash);
         project.groom.metres_per_unit = Some(loaded.groom.metres_per_unit());
         let document = Self::new(Arc::new(loaded.groom), project, folder.to_owned())?;
-        Ok(Opened { document, report: loaded.report, warnings })
+        Ok(Opened {
+            document,
+            report: loaded.report,
+            warnings,
+        })
     }
 
     /// Saves to `path`, which becomes the document's own; the paths in the project follow it.
@@ -95,7 +109,8 @@ impl Document {
 
 /// True where `path` names a project by its extension.
 fn is_project(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"))
+    path.extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("json"))
 }
 
 /// The start of a hash, enough to tell two apart.

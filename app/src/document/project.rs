@@ -27,7 +27,10 @@ pub struct Open<T> {
 
 impl<T> From<T> for Open<T> {
     fn from(known: T) -> Self {
-        Self { known, extra: Extra::new() }
+        Self {
+            known,
+            extra: Extra::new(),
+        }
     }
 }
 

@@ -22,7 +22,10 @@ const MAX_SCALE: f32 = 1000.0;
 
 impl Affine {
     /// The map of an unpainted point.
-    pub const IDENTITY: Self = Self { scale: 1.0, offset: 0.0 };
+    pub const IDENTITY: Self = Self {
+        scale: 1.0,
+        offset: 0.0,
+    };
 
     /// The image of `x`.
     pub fn of(self, x: f32) -> f32 {
@@ -52,7 +55,10 @@ impl Affine {
         };
         let (low, high) = channel.range().into_inner();
         let scale = scale.clamp(0.0, MAX_SCALE);
-        Self { scale, offset: offset.clamp(low - scale * high, high - scale * low) }
+        Self {
+            scale,
+            offset: offset.clamp(low - scale * high, high - scale * low),
+        }
     }
 }
 
@@ -76,7 +82,10 @@ mod tests {
     fn full_erase_is_the_identity_bit_for_bit() {
         let painted = NONE.stroked(Mode::Replace, 0.3, 0.7, NONE, Channel::Bleach);
         assert_ne!(painted, NONE);
-        assert_eq!(painted.stroked(Mode::Erase, 0.0, 1.0, NONE, Channel::Bleach), NONE);
+        assert_eq!(
+            painted.stroked(Mode::Erase, 0.0, 1.0, NONE, Channel::Bleach),
+            NONE
+        );
     }
 
     #[test]
@@ -85,7 +94,11 @@ mod tests {
         for _ in 0..100 {
             map = map.stroked(Mode::Add, 1.0, 1.0, NONE, Channel::Bleach);
         }
-        assert_eq!(map.stroked(Mode::Subtract, 1.0, 1.0, NONE, Channel::Bleach).of(0.0), 0.0);
+        assert_eq!(
+            map.stroked(Mode::Subtract, 1.0, 1.0, NONE, Channel::Bleach)
+                .of(0.0),
+            0.0
+        );
         for _ in 0..100 {
             map = map.stroked(Mode::Multiply, 1000.0, 1.0, NONE, Channel::Dye);
         }

@@ -30,7 +30,10 @@ pub struct Coverage {
 impl Coverage {
     /// No coverage on `point_count` points.
     pub fn new(point_count: usize) -> Self {
-        Self { of_point: vec![0.0; point_count], touched: Vec::new() }
+        Self {
+            of_point: vec![0.0; point_count],
+            touched: Vec::new(),
+        }
     }
 
     /// Coverage of `point` in [0, 1].
@@ -109,7 +112,9 @@ mod tests {
     fn profiles_fall_from_core_to_rim() {
         for falloff in [Falloff::Smooth, Falloff::Linear, Falloff::Constant] {
             for hardness in [0.0, 0.5, 1.0] {
-                let samples: Vec<f32> = (0..=100).map(|i| profile(falloff, hardness, i as f32 / 100.0)).collect();
+                let samples: Vec<f32> = (0..=100)
+                    .map(|i| profile(falloff, hardness, i as f32 / 100.0))
+                    .collect();
                 assert_eq!(samples[0], 1.0, "{falloff:?} {hardness}");
                 assert_eq!(samples[100], 0.0, "{falloff:?} {hardness}");
                 assert!(samples.windows(2).all(|w| w[0] >= w[1]), "{falloff:?} {hardness}");

@@ -16,7 +16,13 @@ impl DirtyRanges {
 
     /// All of `count` points.
     pub fn all(count: usize) -> Self {
-        Self { ranges: if count == 0 { Vec::new() } else { vec![0..count as u32] } }
+        Self {
+            ranges: if count == 0 {
+                Vec::new()
+            } else {
+                vec![0..count as u32]
+            },
+        }
     }
 
     /// The points of `points`, in any order.
@@ -55,7 +61,11 @@ impl DirtyRanges {
 
     /// Adds the points of `other`.
     pub fn merge(&mut self, other: &Self) {
-        let mut both: Vec<Range<u32>> = self.ranges.drain(..).chain(other.ranges.iter().cloned()).collect();
+        let mut both: Vec<Range<u32>> = self
+            .ranges
+            .drain(..)
+            .chain(other.ranges.iter().cloned())
+            .collect();
         both.sort_unstable_by_key(|r| r.start);
         for range in both {
             match self.ranges.last_mut() {

@@ -47,7 +47,11 @@ impl LayerMaps {
     }
 
     /// Applies operations in order. The coverages are independent and found in parallel, the maps are composed in order.
-    pub fn replay_onto<'a>(&mut self, index: &StrandIndex, operations: impl IntoIterator<Item = &'a Operation>) {
+    pub fn replay_onto<'a>(
+        &mut self,
+        index: &StrandIndex,
+        operations: impl IntoIterator<Item = &'a Operation>,
+    ) {
         // Batches bound the memory of coverages that wait for their turn.
         const BATCH: usize = 64;
         let point_count = index.groom().point_count();
@@ -60,7 +64,10 @@ impl LayerMaps {
                     |coverage, operation| {
                         coverage.clear();
                         let points = coverage.add_dabs(index, operation, &operation.dabs);
-                        points.into_iter().map(|point| (point, coverage.of(point))).collect()
+                        points
+                            .into_iter()
+                            .map(|point| (point, coverage.of(point)))
+                            .collect()
                     },
                 )
                 .collect();
@@ -83,14 +90,20 @@ impl LayerMaps {
 
     /// The painted channels with their maps: `point_count * components` each.
     pub fn channels(&self) -> impl Iterator<Item = (Channel, &[Affine])> {
-        self.channels.iter().map(|(channel, maps)| (*channel, maps.as_slice()))
+        self.channels
+            .iter()
+            .map(|(channel, maps)| (*channel, maps.as_slice()))
     }
 
     /// Starts a stroke; the dabs that `operation` already has are left to [`LayerMaps::extend`].
     pub fn begin(&self, index: &StrandIndex, operation: Operation) -> LiveStroke {
         let point_count = index.groom().point_count();
         LiveStroke {
-            before: TouchedMaps { channel: operation.channel, points: Vec::new(), maps: Vec::new() },
+            before: TouchedMaps {
+                channel: operation.channel,
+                points: Vec::new(),
+                maps: Vec::new(),
+            },
             operation,
             coverage: Coverage::new(point_count),
             slot_of: vec![u32::MAX; point_count],
@@ -111,16 +124,26 @@ impl LayerMaps {
             if *slot == u32::MAX {
                 *slot = stroke.before.points.len() as u32;
                 stroke.before.points.push(*point);
-                stroke.before.maps.extend_from_slice(maps_of(maps, *point as usize, width));
+                stroke
+                    .before
+                    .maps
+                    .extend_from_slice(maps_of(maps, *point as usize, width));
             }
         }
-        let LiveStroke { operation, coverage, before, slot_of } = &*stroke;
+        let LiveStroke {
+            operation,
+            coverage,
+            before,
+            slot_of,
+        } = &*stroke;
         let blended: Vec<[Affine; 3]> = raised
             .iter()
             .map(|point| {
-                blend(index, operation, *point, coverage.of(*point), |p| match slot_of[p] {
-                    u32::MAX => maps_of(maps, p, width),
-                    slot => maps_of(&before.maps, slot as usize, width),
+                blend(index, operation, *point, coverage.of(*point), |p| {
+                    match slot_of[p] {
+                        u32::MAX => maps_of(maps, p, width),
+                        slot => maps_of(&before.maps, slot as usize, width),
+                    }
                 })
             })
             .collect();
@@ -135,8 +158,11 @@ impl LayerMaps {
         let width = touched.channel.components();
         let maps = self.maps_mut(index, touched.channel);
         for (slot, point) in touched.points.iter().enumerate() {
-            maps_of_mut(maps, *point as usize, width)
-                .swap_with_slice(maps_of_mut(&mut touched.maps, slot, width));
+            maps_of_mut(maps, *point as usize, width).swap_with_slice(maps_of_mut(
+                &mut touched.maps,
+                slot,
+                width,
+            ));
         }
         DirtyRanges::of_points(touched.points.clone())
     }
@@ -200,7 +226,10 @@ fn blend<'a>(
                 offset += before(p)[component].offset;
             }
             let weight = 1.0 / stretch.len() as f32;
-            *smoothed = Affine { scale: scale * weight, offset: offset * weight };
+            *smoothed = Affine {
+                scale: scale * weight,
+                offset: offset * weight,
+            };
         }
     }
     let value = operation.value.components();

@@ -8,8 +8,8 @@ mod affine;
 mod coverage;
 mod dirty;
 mod layer_maps;
-mod stroke;
 mod strand_index;
+mod stroke;
 
 pub use affine::Affine;
 pub use coverage::{Coverage, profile};

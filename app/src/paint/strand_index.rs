@@ -38,10 +38,17 @@ impl StrandIndex {
         // Cells are cubes; a flat or thin bounding box counts with at least a hundredth of its longest side.
         let (low, high) = positions
             .iter()
-            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
+            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| {
+                (low.min(*p), high.max(*p))
+            });
         let extent = (high - low).max(Vec3::ZERO);
         let longest = extent.max_element().max(f32::MIN_POSITIVE);
-        let volume = extent.max(Vec3::splat(0.01 * longest)).to_array().map(f64::from).iter().product::<f64>();
+        let volume = extent
+            .max(Vec3::splat(0.01 * longest))
+            .to_array()
+            .map(f64::from)
+            .iter()
+            .product::<f64>();
         let cells = f64::from(positions.len().max(1) as f32 / POINTS_PER_CELL).max(1.0);
         let cell = ((volume / cells).cbrt() as f32).max(longest / 512.0);
         let size = extent.to_array().map(|side| (side / cell) as usize + 1);
@@ -58,7 +65,10 @@ impl StrandIndex {
             cell_points: vec![0; positions.len()],
             groom: groom.clone(),
         };
-        let cell_of: Vec<usize> = positions.iter().map(|p| index.cell_index(index.cell_of(*p))).collect();
+        let cell_of: Vec<usize> = positions
+            .iter()
+            .map(|p| index.cell_index(index.cell_of(*p)))
+            .collect();
         for cell in &cell_of {
             index.cell_start[cell + 1] += 1;
         }

@@ -196,7 +196,10 @@ impl StrokeFile {
         if file.version == 0 || file.version > STROKE_VERSION {
             return Err(Problem::at(
                 "version",
-                format!("stroke version {} is not one of 1 to {STROKE_VERSION}", file.version),
+                format!(
+                    "stroke version {} is not one of 1 to {STROKE_VERSION}",
+                    file.version
+                ),
                 "open it with a newer Balayage",
             ));
         }
@@ -207,10 +210,11 @@ impl StrokeFile {
 
 /// Checks every operation of a list; the problem's place is `operations[i]...`.
 pub(crate) fn check_operations(operations: &[Operation]) -> Result<(), Problem> {
-    operations
-        .iter()
-        .enumerate()
-        .try_for_each(|(i, operation)| operation.check().map_err(|p| prefixed(&format!("operations[{i}]"), p)))
+    operations.iter().enumerate().try_for_each(|(i, operation)| {
+        operation
+            .check()
+            .map_err(|p| prefixed(&format!("operations[{i}]"), p))
+    })
 }
 
 /// Checks every number of some dabs; the problem's place is `dabs[i]...`.
@@ -221,7 +225,10 @@ pub(crate) fn check_dabs(dabs: &[Dab]) -> Result<(), Problem> {
 }
 
 fn prefixed(prefix: &str, problem: Problem) -> Problem {
-    Problem { place: format!("{prefix}.{}", problem.place), ..problem }
+    Problem {
+        place: format!("{prefix}.{}", problem.place),
+        ..problem
+    }
 }
 
 /// Refuses a number outside `range`, NaN and infinities included.
@@ -230,7 +237,11 @@ fn within(place: &str, x: f32, range: std::ops::RangeInclusive<f32>) -> Result<(
         return Ok(());
     }
     let (low, high) = range.into_inner();
-    Err(Problem::at(place, format!("{x} is out of range"), format!("give a number from {low} to {high}")))
+    Err(Problem::at(
+        place,
+        format!("{x} is out of range"),
+        format!("give a number from {low} to {high}"),
+    ))
 }
 
 impl Operation {
@@ -240,7 +251,11 @@ impl Operation {
     /// Names the field and its range.
     pub fn check(&self) -> Result<(), Problem> {
         if self.layer.is_empty() {
-            return Err(Problem::at("layer", "the layer's id is empty", "name the layer that takes the stroke"));
+            return Err(Problem::at(
+                "layer",
+                "the layer's id is empty",
+                "name the layer that takes the stroke",
+            ));
         }
         // Nothing is larger than a kilometre, and a radius of zero would reach no point.
         within("radius_m", self.radius_m, f32::MIN_POSITIVE..=1000.0)?;

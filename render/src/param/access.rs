@@ -91,7 +91,9 @@ impl PointValues {
     pub fn out_of_range(&self) -> Option<(Channel, f32)> {
         Channel::ALL.into_iter().find_map(|channel| {
             let value = self.get(channel);
-            let bad = value[..channel.components()].iter().find(|x| !channel.range().contains(*x));
+            let bad = value[..channel.components()]
+                .iter()
+                .find(|x| !channel.range().contains(*x));
             bad.map(|x| (channel, *x))
         })
     }
