@@ -1,7 +1,10 @@
 //! Composes WGSL: a line `//!use lib/x.wgsl` brings that file, and what it uses, in once, before the file that asks.
 
 /// Every WGSL file of the product: path below `shaders/` and text.
-pub const SOURCES: &[(&str, &str)] = &[source("lib/types.wgsl", include_str!("../../../shaders/lib/types.wgsl"))];
+pub const SOURCES: &[(&str, &str)] = &[source(
+    "lib/types.wgsl",
+    include_str!("../../../shaders/lib/types.wgsl"),
+)];
 
 const fn source(path: &'static str, text: &'static str) -> (&'static str, &'static str) {
     (path, text)
@@ -23,8 +26,11 @@ fn append<'a>(path: &'a str, seen: &mut Vec<&'a str>, out: &mut String) -> Resul
         return Ok(());
     }
     seen.push(path);
-    let text: &'static str =
-        SOURCES.iter().find(|(name, _)| *name == path).map(|(_, text)| *text).ok_or_else(|| format!("shaders/{path} does not exist"))?;
+    let text: &'static str = SOURCES
+        .iter()
+        .find(|(name, _)| *name == path)
+        .map(|(_, text)| *text)
+        .ok_or_else(|| format!("shaders/{path} does not exist"))?;
     for used in text.lines().filter_map(|line| line.strip_prefix("//!use ")) {
         append(used.trim(), seen, out)?;
     }
