@@ -627,7 +627,8 @@ fn stroke_files_follow_the_contract() {
     for (bad, place) in [
         (text.replace("\"version\": 1", "\"version\": 2"), "version"),
         (text.replace("0.02", "-0.02"), "operations[0].radius_m"),
-        (text.replace("0.75", "1e39"), "operations[0].dabs[0].pressure"),
+        (text.replace("0.75", "1.5"), "operations[0].dabs[0].pressure"),
+        (text.replace("0.75", "1e39"), "line 3, column 115"),
         (text.replace("linear", "wobbly"), "line 2, column 111"),
         (text[..text.len() - 9].to_owned(), "line 3, column 121"),
     ] {

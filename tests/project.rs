@@ -215,8 +215,8 @@ fn bad_projects_are_refused_with_file_and_place() {
             "version",
         ),
         (with("\"x\": 1").replace("grooms/tuft.hair", ""), "groom.path"),
-        (with(r#""light": {"exposure_ev": 1e39}"#), "light.exposure_ev"),
-        (with(r#""light": {"exposure_ev": 1e400}"#), "line 1"),
+        (with(r#""light": {"exposure_ev": 1e9}"#), "light.exposure_ev"),
+        (with(r#""light": {"exposure_ev": 1e39}"#), "line 1"),
         (with(r#""light": {"light_count": 0}"#), "light.light_count"),
         (
             with(r#""light": {"environment": {"constant": [1, -1, 1]}}"#),

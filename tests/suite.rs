@@ -2,3 +2,4 @@
 
 mod painting;
 mod project;
+mod raster;

@@ -1,10 +1,44 @@
 //! Composes WGSL: a line `//!use lib/x.wgsl` brings that file, and what it uses, in once, before the file that asks.
 
 /// Every WGSL file of the product: path below `shaders/` and text.
-pub const SOURCES: &[(&str, &str)] = &[source(
-    "lib/types.wgsl",
-    include_str!("../../../shaders/lib/types.wgsl"),
-)];
+pub const SOURCES: &[(&str, &str)] = &[
+    source(
+        "lib/camera.wgsl",
+        include_str!("../../../shaders/lib/camera.wgsl"),
+    ),
+    source(
+        "lib/coverage.wgsl",
+        include_str!("../../../shaders/lib/coverage.wgsl"),
+    ),
+    source(
+        "lib/environment.wgsl",
+        include_str!("../../../shaders/lib/environment.wgsl"),
+    ),
+    source(
+        "lib/fragment.wgsl",
+        include_str!("../../../shaders/lib/fragment.wgsl"),
+    ),
+    source(
+        "lib/refined.wgsl",
+        include_str!("../../../shaders/lib/refined.wgsl"),
+    ),
+    source("lib/types.wgsl", include_str!("../../../shaders/lib/types.wgsl")),
+    source("lib/view.wgsl", include_str!("../../../shaders/lib/view.wgsl")),
+    source("pass/head.wgsl", include_str!("../../../shaders/pass/head.wgsl")),
+    source(
+        "pass/resolve.wgsl",
+        include_str!("../../../shaders/pass/resolve.wgsl"),
+    ),
+    source(
+        "pass/strand_alloc.wgsl",
+        include_str!("../../../shaders/pass/strand_alloc.wgsl"),
+    ),
+    source(
+        "pass/strand_bin.wgsl",
+        include_str!("../../../shaders/pass/strand_bin.wgsl"),
+    ),
+    source("pass/view.wgsl", include_str!("../../../shaders/pass/view.wgsl")),
+];
 
 const fn source(path: &'static str, text: &'static str) -> (&'static str, &'static str) {
     (path, text)
