@@ -83,7 +83,7 @@ pub(super) fn check_light(light: &LightSettings) -> Result<(), Problem> {
 }
 
 /// Checks the parameters of unpainted hair.
-pub(super) fn check_hair(hair: &HairSettings) -> Result<(), Problem> {
+pub(crate) fn check_hair(hair: &HairSettings) -> Result<(), Problem> {
     if let Some((channel, value)) = hair.base.known.out_of_range() {
         return within(&format!("hair.base.{}", channel.name()), value, channel.range());
     }

@@ -9,6 +9,7 @@ mod edit;
 pub mod files;
 mod history;
 pub mod json;
+mod lighting;
 mod open;
 mod project;
 
@@ -20,9 +21,11 @@ use balayage_render::{
 };
 use rayon::prelude::*;
 
+pub(crate) use check::check_hair;
 pub use check::check_camera;
 pub use edit::{Changes, Edit};
 pub use history::DEFAULT_HISTORY_BYTES;
+pub use lighting::{Lighting, map_warnings};
 pub use open::{MAX_PROJECT_BYTES, Opened};
 pub use project::{
     Blend, CameraPose, Environment, GroomReference, HairSettings, HeadReference, Layer, LightSettings,
