@@ -1,5 +1,9 @@
 //! Laws, parity, layout, images, painting, project and command line.
 
+mod groom;
+mod groom_damage;
+mod groom_generate;
+mod groom_refined;
 mod painting;
 mod project;
 mod raster;

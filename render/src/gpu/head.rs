@@ -1,7 +1,12 @@
 //! The head: hardware triangles at 2 x 2 sub-samples a pixel, that the strands are composed over.
 
+use bytemuck::{Pod, Zeroable};
+use wgpu::util::DeviceExt;
+
 use super::camera::CameraUniform;
-use super::{Gpu, GpuError, shader};
+use super::transmittance::Transmittance;
+use super::{Gpu, GpuError, Kernel, shader};
+use crate::groom::Mesh;
 
 const COLOUR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
@@ -186,4 +191,97 @@ pub struct HeadBuffers {
     pub vertex_count: u32,
     /// Number of indices.
     pub index_count: u32,
+}
+
+impl HeadBuffers {
+    /// Uploads `mesh`.
+    ///
+    /// # Errors
+    /// [`GpuError::TooLarge`].
+    pub fn new(gpu: &Gpu, mesh: &Mesh) -> Result<Self, GpuError> {
+        let vec4 = |v: &[glam::Vec3]| v.iter().map(|p| p.extend(0.0).to_array()).collect::<Vec<_>>();
+        let indices = mesh.triangles().as_flattened();
+        let triangles = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("head triangles"),
+            contents: bytemuck::cast_slice(indices),
+            usage: wgpu::BufferUsages::INDEX,
+        });
+        Ok(Self {
+            positions: gpu.storage_of("head positions", &vec4(mesh.positions()))?,
+            normals: gpu.storage_of("head normals", &vec4(mesh.normals()))?,
+            radiance: gpu.storage("head radiance", 16 * mesh.positions().len() as u64)?,
+            triangles,
+            vertex_count: mesh.positions().len() as u32,
+            index_count: indices.len() as u32,
+        })
+    }
+}
+
+/// Diffuse reflectance of the head: a quiet grey, so that the hair is the only colourful thing.
+const HEAD_ALBEDO: f32 = 0.32;
+
+/// How far above the skin shadow rays start, voxels.
+const SHADOW_OFFSET: f32 = 0.5;
+
+/// Layout of `HeadUniform` in `shaders/pass/head_shade.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct HeadUniform {
+    vertex_count: u32,
+    light_count: u32,
+    albedo: f32,
+    offset: f32,
+}
+
+/// The pass that lights the head's vertices.
+pub struct HeadShade {
+    kernel: Kernel,
+}
+
+impl HeadShade {
+    /// Compiles the pass.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`].
+    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        Ok(Self { kernel: Kernel::new(gpu, "pass/head_shade.wgsl", &[])? })
+    }
+
+    /// Fills the head's radiance from the lights that `transmittance` and `lights` (the same ones) hold.
+    pub fn run(
+        &self,
+        gpu: &Gpu,
+        head: &HeadBuffers,
+        transmittance: &Transmittance,
+        lights: &wgpu::Buffer,
+        light_count: usize,
+    ) {
+        let parts = (transmittance.volume_buffers(), transmittance.light_buffer(), transmittance.direction_buffer());
+        let (Some([grid, bricks, density]), Some(frames), Some(directions)) = parts else { return };
+        let uniform = gpu.uniform_of(
+            "head",
+            &HeadUniform {
+                vertex_count: head.vertex_count,
+                light_count: light_count as u32,
+                albedo: HEAD_ALBEDO,
+                offset: SHADOW_OFFSET,
+            },
+        );
+        let bound = self.kernel.bind(
+            gpu,
+            &[
+                (0, grid),
+                (1, bricks),
+                (2, density),
+                (3, frames),
+                (4, directions),
+                (5, lights),
+                (6, &uniform),
+                (7, &head.positions),
+                (8, &head.normals),
+                (9, &head.radiance),
+            ],
+        );
+        self.kernel.run(gpu, &bound, head.vertex_count);
+    }
 }

@@ -3,7 +3,6 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::{Gpu, GpuError};
-#[cfg(any())]
 use crate::groom::RefinedGroom;
 
 /// Layout of `RefinedVertex` in `shaders/lib/refined.wgsl`.
@@ -53,7 +52,6 @@ impl StrandBuffers {
     ///
     /// # Errors
     /// [`GpuError::TooLarge`].
-    #[cfg(any())]
     pub fn new(gpu: &Gpu, groom: &RefinedGroom) -> Result<Self, GpuError> {
         let first_point = groom.first_point();
         let mut vertices = Vec::with_capacity(groom.positions().len());

@@ -30,8 +30,11 @@ impl Mesh {
     /// [`GroomError`] names file, byte, reason and remedy.
     pub fn read_obj(path: impl AsRef<Path>) -> Result<Self, GroomError> {
         let path = path.as_ref();
-        let bytes =
-            fs::read(path).map_err(|source| GroomError::Io { path: path.into(), action: "read", source })?;
+        let bytes = fs::read(path).map_err(|source| GroomError::Io {
+            path: path.into(),
+            action: "read",
+            source,
+        })?;
         Self::parse_obj(&bytes, &path.display().to_string())
     }
 
@@ -112,7 +115,7 @@ impl Mesh {
         vertex_count: usize,
     ) -> Result<(), GroomError> {
         let defined = self.positions.len();
-        let mut corner = |word: &[u8]| parse_index(file, line, word, defined, vertex_count);
+        let corner = |word: &[u8]| parse_index(file, line, word, defined, vertex_count);
         let mut words = line.words();
         let (Some(first), Some(second)) = (words.next(), words.next()) else {
             return Err(file.error(
@@ -154,7 +157,9 @@ struct Line<'a> {
 
 impl<'a> Line<'a> {
     fn words(&self) -> impl Iterator<Item = &'a [u8]> + use<'a> {
-        self.rest.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
+        self.rest
+            .split(u8::is_ascii_whitespace)
+            .filter(|word| !word.is_empty())
     }
 }
 
@@ -164,9 +169,16 @@ fn lines(bytes: &[u8]) -> impl Iterator<Item = Line<'_>> {
         let start = offset;
         offset += line.len() as u64 + 1;
         let line = line.trim_ascii_start();
-        let (keyword, rest) =
-            line.split_at(line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len()));
-        Line { offset: start, keyword, rest }
+        let (keyword, rest) = line.split_at(
+            line.iter()
+                .position(u8::is_ascii_whitespace)
+                .unwrap_or(line.len()),
+        );
+        Line {
+            offset: start,
+            keyword,
+            rest,
+        }
     })
 }
 
@@ -195,9 +207,17 @@ fn parse_index(
     vertex_count: usize,
 ) -> Result<u32, GroomError> {
     let index = word.split(|&b| b == b'/').next().unwrap_or_default();
-    let index = std::str::from_utf8(index).ok().and_then(|index| index.parse::<i64>().ok());
+    let index = std::str::from_utf8(index)
+        .ok()
+        .and_then(|index| index.parse::<i64>().ok());
     index
-        .and_then(|index| if index < 0 { index.checked_add(defined as i64) } else { index.checked_sub(1) })
+        .and_then(|index| {
+            if index < 0 {
+                index.checked_add(defined as i64)
+            } else {
+                index.checked_sub(1)
+            }
+        })
         .filter(|&index| (0..vertex_count as i64).contains(&index))
         .map(|index| index as u32)
         .ok_or_else(|| {
