@@ -629,7 +629,7 @@ fn stroke_files_follow_the_contract() {
         (text.replace("0.02", "-0.02"), "operations[0].radius_m"),
         (text.replace("0.75", "1.5"), "operations[0].dabs[0].pressure"),
         (text.replace("0.75", "1e39"), "line 3, column 115"),
-        (text.replace("linear", "wobbly"), "line 2, column 111"),
+        (text.replace("linear", "wobbly"), "line 2, column 106"),
         (text[..text.len() - 9].to_owned(), "line 3, column 121"),
     ] {
         let problem = StrokeFile::parse(&bad).unwrap_err();

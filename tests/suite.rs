@@ -1,5 +1,6 @@
 //! Laws, parity, layout, images, painting, project and command line.
 
+mod cli;
 mod groom;
 mod groom_damage;
 mod groom_generate;

@@ -27,7 +27,11 @@ pub(super) struct CheckArgs {
 
 pub(super) fn run(args: &CheckArgs, console: &mut Console<'_>) -> Result<(), CliError> {
     let file = args.file.as_path();
-    let extension = file.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    let extension = file
+        .extension()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .to_ascii_lowercase();
     let (value, text) = match extension.as_str() {
         "json" => check_json(file, args.metres_per_unit, console)?,
         "hair" | "tfx" => {
@@ -41,7 +45,10 @@ pub(super) fn run(args: &CheckArgs, console: &mut Console<'_>) -> Result<(), Cli
                 console.warn(&warning);
             }
             let value = json!({"kind": "environment", "width": map.width, "height": map.height});
-            (value, format!("environment map, {} x {} pixels", map.width, map.height))
+            (
+                value,
+                format!("environment map, {} x {} pixels", map.width, map.height),
+            )
         }
         "obj" => {
             let mesh = Mesh::read_obj(file)?;
@@ -51,7 +58,9 @@ pub(super) fn run(args: &CheckArgs, console: &mut Console<'_>) -> Result<(), Cli
         }
         _ => {
             let remedy = "check files that end in .json, .hair, .tfx, .hdr, .exr or .obj";
-            return Err(Problem::at("", "the extension names no known format", remedy).in_file(file).into());
+            return Err(Problem::at("", "the extension names no known format", remedy)
+                .in_file(file)
+                .into());
         }
     };
     let mut value = value;
@@ -78,19 +87,32 @@ fn check_json(
             "kind": "project", "version": project.version, "layers": layers, "operations": operations,
             "strands": strands, "points": points,
         });
-        return Ok((value, format!("project, {strands} strands, {points} points, {layers} layers, {operations} operations")));
+        return Ok((
+            value,
+            format!("project, {strands} strands, {points} points, {layers} layers, {operations} operations"),
+        ));
     }
     if keys.contains_key("operations") {
         let strokes = StrokeFile::parse(&text).map_err(|p| p.in_file(file))?;
-        let dabs: usize = strokes.operations.iter().map(|operation| operation.dabs.len()).sum();
+        let dabs: usize = strokes
+            .operations
+            .iter()
+            .map(|operation| operation.dabs.len())
+            .sum();
         let value = json!({"kind": "strokes", "operations": strokes.operations.len(), "dabs": dabs});
-        return Ok((value, format!("strokes, {} operations, {dabs} dabs", strokes.operations.len())));
+        return Ok((
+            value,
+            format!("strokes, {} operations, {dabs} dabs", strokes.operations.len()),
+        ));
     }
     if keys.contains_key("world_from_camera") {
         let camera: CameraPose = serde_json::from_str(&text).map_err(|e| Problem::json(&e).in_file(file))?;
         check_camera(&camera).map_err(|p| p.in_file(file))?;
         let value = json!({"kind": "camera", "fov_y_deg": camera.fov_y_deg});
-        return Ok((value, format!("camera, field of view {} degrees", camera.fov_y_deg)));
+        return Ok((
+            value,
+            format!("camera, field of view {} degrees", camera.fov_y_deg),
+        ));
     }
     if keys.contains_key("lights") || keys.contains_key("constant") {
         let lights = LightSet::from_json(&text, file).map_err(Problem::from)?;
@@ -98,5 +120,7 @@ fn check_json(
         return Ok((value, format!("{} lights", lights.lights.len())));
     }
     let remedy = "a project has \"groom\", strokes have \"operations\", lights \"lights\", a camera \"world_from_camera\"";
-    Err(Problem::at("top level", "the keys name no known file", remedy).in_file(file).into())
+    Err(Problem::at("top level", "the keys name no known file", remedy)
+        .in_file(file)
+        .into())
 }

@@ -20,7 +20,12 @@ pub struct Console<'a> {
 impl<'a> Console<'a> {
     /// A console; `json` prints results as JSON.
     pub fn new(out: &'a mut dyn Write, err: &'a mut dyn Write, json: bool) -> Self {
-        Self { out, err, json, warnings: Vec::new() }
+        Self {
+            out,
+            err,
+            json,
+            warnings: Vec::new(),
+        }
     }
 
     /// Prints the result of the command: `text`, or `value` with the warnings as one JSON object.
@@ -42,14 +47,23 @@ impl<'a> Console<'a> {
     pub(super) fn complain(&mut self, text: &str) {
         let _ = writeln!(self.err, "error: {text}");
         if self.json {
-            let _ = writeln!(self.out, "{:#}", json!({"error": text, "warnings": self.warnings}));
+            let _ = writeln!(
+                self.out,
+                "{:#}",
+                json!({"error": text, "warnings": self.warnings})
+            );
         }
     }
 
     /// A bar for `steps` steps; it shows itself on a terminal only and goes when it is dropped.
     pub(super) fn progress(&self, steps: u64, what: &str) -> Progress {
-        let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(steps) };
-        if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {percent} % {elapsed} (left {eta})") {
+        let bar = if self.json {
+            ProgressBar::hidden()
+        } else {
+            ProgressBar::new(steps)
+        };
+        if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {percent} % {elapsed} (left {eta})")
+        {
             bar.set_style(style);
         }
         bar.set_length(steps);

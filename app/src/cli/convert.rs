@@ -26,6 +26,11 @@ pub(super) fn run(args: &ConvertArgs, console: &mut Console<'_>) -> Result<(), C
     }
     write_groom(&args.output, &loaded.groom)?;
     let value = json!({"output": args.output, "groom": loaded.report, "hash": loaded.groom.content_hash()});
-    let text = format!("{}: {} strands, {} points", args.output.display(), loaded.report.strands, loaded.report.points);
+    let text = format!(
+        "{}: {} strands, {} points",
+        args.output.display(),
+        loaded.report.strands,
+        loaded.report.points
+    );
     Ok(console.result(value, &text)?)
 }

@@ -43,7 +43,12 @@ pub(super) fn run(args: &FitArgs, console: &mut Console<'_>) -> Result<(), CliEr
     for warning in map_warnings(&report, &args.map) {
         console.warn(&warning);
     }
-    let from = args.from.as_deref().map(LightSet::read).transpose().map_err(Problem::from)?;
+    let from = args
+        .from
+        .as_deref()
+        .map(LightSet::read)
+        .transpose()
+        .map_err(Problem::from)?;
     let settings = FitSettings {
         count: args.count as usize,
         seed: args.seed,

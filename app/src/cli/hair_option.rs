@@ -17,12 +17,17 @@ impl FromStr for HairOption {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (key, list) = text.split_once('=').ok_or("write CHANNEL=VALUE, as in eumelanin=1.3")?;
+        let (key, list) = text
+            .split_once('=')
+            .ok_or("write CHANNEL=VALUE, as in eumelanin=1.3")?;
         let values = list
             .split(',')
             .map(|x| x.trim().parse::<f32>().map_err(|e| format!("\"{x}\": {e}")))
             .collect::<Result<Vec<_>, _>>()?;
-        let option = Self { key: key.trim().to_owned(), values };
+        let option = Self {
+            key: key.trim().to_owned(),
+            values,
+        };
         // Whether it can be applied does not depend on what it is applied to.
         option.apply(&mut HairSettings::default())?;
         Ok(option)
@@ -63,11 +68,18 @@ impl HairOption {
             }
             "diameter" => hair.diameter = Some(self.one()?),
             key => {
-                let channel = Channel::ALL.into_iter().find(|channel| channel.name() == key).ok_or_else(|| {
-                    let names = Channel::ALL.map(Channel::name).join(", ");
-                    format!("no channel \"{key}\"; known are sigma_a, azimuthal_width, diameter, {names}")
-                })?;
-                let value = if channel == Channel::Dye { self.three()? } else { [self.one()?, 0.0, 0.0] };
+                let channel = Channel::ALL
+                    .into_iter()
+                    .find(|channel| channel.name() == key)
+                    .ok_or_else(|| {
+                        let names = Channel::ALL.map(Channel::name).join(", ");
+                        format!("no channel \"{key}\"; known are sigma_a, azimuthal_width, diameter, {names}")
+                    })?;
+                let value = if channel == Channel::Dye {
+                    self.three()?
+                } else {
+                    [self.one()?, 0.0, 0.0]
+                };
                 base.set(channel, value);
             }
         }
@@ -82,7 +94,9 @@ impl HairOption {
     }
 
     fn three(&self) -> Result<[f32; 3], String> {
-        self.values[..].try_into().map_err(|_| format!("{} takes three values, r,g,b", self.key))
+        self.values[..]
+            .try_into()
+            .map_err(|_| format!("{} takes three values, r,g,b", self.key))
     }
 
     /// R, TT, TRT: as given, or from R by the usual ratios.
@@ -111,12 +125,29 @@ mod tests {
     #[test]
     fn settings_reach_the_hair() {
         let mut hair = HairSettings::default();
-        for text in ["sigma_a=0.1,0.2,0.3", "beta_deg=6,3,9", "alpha_deg=-4", "azimuthal_width=0.2", "diameter=0.01", "eta=1.6"] {
+        for text in [
+            "sigma_a=0.1,0.2,0.3",
+            "beta_deg=6,3,9",
+            "alpha_deg=-4",
+            "azimuthal_width=0.2",
+            "diameter=0.01",
+            "eta=1.6",
+        ] {
             text.parse::<HairOption>().unwrap().apply(&mut hair).unwrap();
         }
         let base = hair.base.known;
-        assert_eq!((base.dye, base.eumelanin, base.pheomelanin), ([0.1, 0.2, 0.3], 0.0, 0.0));
-        assert_eq!((base.beta_deg, hair.ratios.known.beta_tt, hair.ratios.known.beta_trt), (6.0, 0.5, 1.5));
+        assert_eq!(
+            (base.dye, base.eumelanin, base.pheomelanin),
+            ([0.1, 0.2, 0.3], 0.0, 0.0)
+        );
+        assert_eq!(
+            (
+                base.beta_deg,
+                hair.ratios.known.beta_tt,
+                hair.ratios.known.beta_trt
+            ),
+            (6.0, 0.5, 1.5)
+        );
         assert_eq!((base.alpha_deg, hair.ratios.known.alpha_tt), (-4.0, -0.5));
         let params = base.vertex_params(hair.pigments);
         assert!((params.azimuthal_width - 0.2).abs() < 1e-6 && params.eta == 1.6);
@@ -125,7 +156,19 @@ mod tests {
 
     #[test]
     fn nonsense_is_refused() {
-        for text in ["eta", "eta=", "eta=x", "eta=nan", "eta=inf", "eta=0", "eta=1,2", "dye=1", "hue=3", "alpha_deg=0,1,1", "bleach=-1"] {
+        for text in [
+            "eta",
+            "eta=",
+            "eta=x",
+            "eta=nan",
+            "eta=inf",
+            "eta=0",
+            "eta=1,2",
+            "dye=1",
+            "hue=3",
+            "alpha_deg=0,1,1",
+            "bleach=-1",
+        ] {
             assert!(text.parse::<HairOption>().is_err(), "{text}");
         }
     }

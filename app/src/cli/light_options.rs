@@ -29,7 +29,11 @@ pub(super) struct LightOptions {
 /// A number that is neither NaN nor infinite.
 pub(super) fn finite(text: &str) -> Result<f32, String> {
     let x: f32 = text.parse().map_err(|e| format!("{e}"))?;
-    if x.is_finite() { Ok(x) } else { Err("the number is not finite".to_owned()) }
+    if x.is_finite() {
+        Ok(x)
+    } else {
+        Err("the number is not finite".to_owned())
+    }
 }
 
 impl LightOptions {

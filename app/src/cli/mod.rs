@@ -16,7 +16,7 @@ use std::{
     io::{self, Write},
 };
 
-use balayage_render::{groom::GroomError, gpu::GpuError, image::PictureError};
+use balayage_render::{gpu::GpuError, groom::GroomError, image::PictureError};
 use clap::{Parser, Subcommand};
 
 use crate::{Problem, document::Document};
@@ -24,7 +24,13 @@ pub use console::Console;
 
 /// Paint physically based hair.
 #[derive(Parser)]
-#[command(name = "balayage", version, about, subcommand_required = true, arg_required_else_help = true)]
+#[command(
+    name = "balayage",
+    version,
+    about,
+    subcommand_required = true,
+    arg_required_else_help = true
+)]
 struct Cli {
     /// Print results as JSON.
     #[arg(long, global = true)]
@@ -111,9 +117,12 @@ pub fn run<A: Into<OsString> + Clone>(
         Ok(cli) => cli,
         Err(error) => {
             // Help and version are answers, the rest is a complaint. A closed stream has nobody to tell.
-            let stream = if error.use_stderr() { err } else { out };
-            let _ = write!(stream, "{error}");
-            return if error.use_stderr() { 2 } else { 0 };
+            if error.use_stderr() {
+                let _ = write!(err, "{error}");
+                return 2;
+            }
+            let _ = write!(out, "{error}");
+            return 0;
         }
     };
     let mut console = Console::new(out, err, cli.json);

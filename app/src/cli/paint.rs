@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::{CliError, Console};
 use crate::{
-    document::{Document, Edit, Layer, MAX_PROJECT_BYTES, files},
+    document::{Edit, Layer, MAX_PROJECT_BYTES, files},
     paint::{DirtyRanges, StrokeFile},
 };
 
@@ -40,8 +40,17 @@ pub(super) fn run(args: &PaintArgs, console: &mut Console<'_>) -> Result<(), Cli
             args.strokes.display()
         ));
     }
-    let known: HashSet<_> = document.project().operations.iter().map(|operation| operation.id.clone()).collect();
-    for operation in strokes.operations.iter().filter(|operation| known.contains(&operation.id)) {
+    let known: HashSet<_> = document
+        .project()
+        .operations
+        .iter()
+        .map(|operation| operation.id.clone())
+        .collect();
+    for operation in strokes
+        .operations
+        .iter()
+        .filter(|operation| known.contains(&operation.id))
+    {
         console.warn(&format!(
             "{}: operation {} is in the project already and is painted once more",
             args.strokes.display(),
@@ -54,7 +63,12 @@ pub(super) fn run(args: &PaintArgs, console: &mut Console<'_>) -> Result<(), Cli
     let mut changed = DirtyRanges::none();
     let count = strokes.operations.len();
     for (i, operation) in strokes.operations.into_iter().enumerate() {
-        if !document.project().layers.iter().any(|layer| layer.id == operation.layer) {
+        if !document
+            .project()
+            .layers
+            .iter()
+            .any(|layer| layer.id == operation.layer)
+        {
             let layer = Layer::new(&operation.layer, &operation.layer);
             document.apply(Edit::AddLayer(layer, usize::MAX))?;
         }

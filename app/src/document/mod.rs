@@ -3,6 +3,7 @@
 //! The painted values are a pure function of groom and project. Painting keeps them up to date point by point; the result
 //! is bit for bit that of a replay.
 
+mod builtin;
 mod check;
 mod compose;
 mod edit;
@@ -21,8 +22,8 @@ use balayage_render::{
 };
 use rayon::prelude::*;
 
-pub(crate) use check::check_hair;
 pub use check::check_camera;
+pub(crate) use check::check_hair;
 pub use edit::{Changes, Edit};
 pub use history::DEFAULT_HISTORY_BYTES;
 pub use lighting::{Lighting, map_warnings};
@@ -100,6 +101,21 @@ impl Document {
     /// The groom.
     pub fn groom(&self) -> &Arc<Groom> {
         self.index.groom()
+    }
+
+    /// The groom with the project's fibre diameter.
+    ///
+    /// # Errors
+    /// A diameter that the groom refuses.
+    pub fn groom_as_drawn(&self) -> Result<Arc<Groom>, Problem> {
+        let groom = self.groom();
+        let Some(diameter) = self.project.hair.diameter else {
+            return Ok(groom.clone());
+        };
+        let strands = (0..groom.strand_count()).map(|strand| &groom.positions()[groom.strand(strand)]);
+        let (drawn, _) = Groom::from_strands(strands, diameter, groom.metres_per_unit())
+            .map_err(|e| Problem::at("hair.diameter", e.to_string(), "give another diameter"))?;
+        Ok(Arc::new(drawn))
     }
 
     /// The groom's points as a brush sees them.

@@ -2,10 +2,10 @@
 
 use std::{path::Path, sync::Arc};
 
-use balayage_render::groom::{self, GroomReport};
+use balayage_render::groom::{self, GroomError, GroomReport, LoadedGroom, Mesh};
 
 use super::{
-    Document, files, json,
+    Document, builtin, files, json,
     project::{GroomReference, Project},
 };
 use crate::Problem;
@@ -61,9 +61,7 @@ impl Document {
     /// # Errors
     /// As [`Document::open`].
     pub fn open_project(mut project: Project, folder: &Path) -> Result<Opened, Problem> {
-        let file = files::resolve(&project.groom.path, folder);
-        let loaded = groom::read_groom(&file, project.groom.metres_per_unit)
-            .map_err(|e| Problem::at("", e.to_string(), "see the groom's reference in the project"))?;
+        let loaded = read_groom(&project.groom, folder)?;
 
         // A groom that changed still opens: dabs are places in space. The person is told.
         let hash = loaded.groom.content_hash();
@@ -72,7 +70,7 @@ impl Document {
             warnings.push(format!(
                 "{}: the groom changed since the project was saved (content hash {}, expected {}): strokes are painted at their recorded places; \
                  restore the file or save the project to accept it",
-                file.display(),
+                project.groom.path,
                 short(&hash),
                 short(expected),
             ));
@@ -87,6 +85,31 @@ impl Document {
         })
     }
 
+    /// The sample that lives inside the program.
+    ///
+    /// # Errors
+    /// None that a test would not have found.
+    pub fn sample() -> Result<Opened, Problem> {
+        let mut project = Project::parse(builtin::SAMPLE)?;
+        project.map_paths(builtin::reference_to);
+        Self::open_project(project, Path::new(""))
+    }
+
+    /// Reads the head of the project.
+    ///
+    /// # Errors
+    /// A file that is refused.
+    pub fn load_head(&self) -> Result<Option<Mesh>, Problem> {
+        let Some(head) = &self.project.head else {
+            return Ok(None);
+        };
+        let mesh = match builtin::bytes(&head.path) {
+            Some(bytes) => Mesh::parse_obj(bytes, &head.path),
+            None => Mesh::read_obj(self.resolve(&head.path)),
+        };
+        Ok(Some(mesh?))
+    }
+
     /// Saves to `path`, which becomes the document's own; the paths in the project follow it.
     ///
     /// # Errors
@@ -95,7 +118,10 @@ impl Document {
         self.commit_stroke();
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let mut project = self.project.clone();
-        project.map_paths(|reference| files::relative(&self.resolve(reference), &folder));
+        project.map_paths(|reference| match builtin::bytes(reference) {
+            Some(_) => reference.to_owned(),
+            None => files::relative(&self.resolve(reference), &folder),
+        });
         let text = json::to_text(&project)
             .map_err(|e| Problem::at("", e.to_string(), "report this as a bug").in_file(path))?;
         files::write_atomic(path, text.as_bytes())?;
@@ -116,4 +142,32 @@ fn is_project(path: &Path) -> bool {
 /// The start of a hash, enough to tell two apart.
 fn short(hash: &str) -> &str {
     hash.get(..12).unwrap_or(hash)
+}
+
+fn read_groom(reference: &GroomReference, folder: &Path) -> Result<LoadedGroom, Problem> {
+    let loaded = match builtin::bytes(&reference.path) {
+        Some(bytes) => groom::parse_hair(bytes, &reference.path, reference.metres_per_unit),
+        None => groom::read_groom(files::resolve(&reference.path, folder), reference.metres_per_unit),
+    };
+    Ok(loaded?)
+}
+
+impl From<GroomError> for Problem {
+    fn from(error: GroomError) -> Self {
+        match error {
+            GroomError::Io { path, action, source } => Self::io(&path, action, &source),
+            GroomError::Format {
+                file,
+                offset,
+                reason,
+                remedy,
+            } => Self::at(format!("byte {offset}"), reason, remedy).in_file(Path::new(&file)),
+            GroomError::Refused {
+                subject,
+                reason,
+                remedy,
+            } => Self::at("", reason, remedy).in_file(Path::new(&subject)),
+            other => Self::at("", other.to_string(), "choose another file"),
+        }
+    }
 }

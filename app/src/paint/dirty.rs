@@ -17,11 +17,7 @@ impl DirtyRanges {
     /// All of `count` points.
     pub fn all(count: usize) -> Self {
         Self {
-            ranges: if count == 0 {
-                Vec::new()
-            } else {
-                vec![0..count as u32]
-            },
+            ranges: (count > 0).then_some(0..count as u32).into_iter().collect(),
         }
     }
 
@@ -51,7 +47,7 @@ impl DirtyRanges {
 
     /// Number of points.
     pub fn point_count(&self) -> usize {
-        self.ranges.iter().map(|r| r.len()).sum()
+        self.ranges.iter().map(ExactSizeIterator::len).sum()
     }
 
     /// True where no point changed.

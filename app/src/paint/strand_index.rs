@@ -24,7 +24,8 @@ const POINTS_PER_CELL: f32 = 2.0;
 impl StrandIndex {
     /// Sorts the groom's points into cells; time and memory are linear in the point count.
     pub fn new(groom: Arc<Groom>) -> Self {
-        let positions = groom.positions();
+        let shared = groom.clone();
+        let positions = shared.positions();
         let mut strand_of = vec![0; groom.point_count()];
         let mut along = vec![0.0; groom.point_count()];
         for strand in 0..groom.strand_count() {
@@ -57,13 +58,13 @@ impl StrandIndex {
         let mut index = Self {
             strand_of,
             along,
-            arc: groom.arc(),
+            arc: shared.arc(),
             origin: low,
             cell,
             size,
             cell_start: vec![0; size.iter().product::<usize>() + 1],
             cell_points: vec![0; positions.len()],
-            groom: groom.clone(),
+            groom,
         };
         let cell_of: Vec<usize> = positions
             .iter()
