@@ -12,14 +12,18 @@ struct VolumeGrid {
     stored_voxels: u32,
 }
 
-// A light's frame and where its directions are.
+// A light's frame and where its two sets of directions are.
 struct LobeLight {
     axis: vec3f,
-    first_direction: u32,
+    first_visibility: u32,   // directions that visibility is fitted to
     tangent: vec3f,
-    direction_count: u32,
+    visibility_count: u32,
     bitangent: vec3f,
+    first_path: u32,         // directions for multiple scattering
+    path_count: u32,
     mean_cosine: f32,        // length A of the lobe's mean direction
+    bandwidth: f32,          // lambda
+    solid_angle: f32,        // pi lambda^2 (1 - exp(-4 / lambda^2))
 }
 
 // One direction of a light, in the light's frame (tangent, bitangent, axis).
@@ -27,7 +31,7 @@ struct LobeDirection {
     local: vec3f,
     weight_a: f32,           // weight in a of T(w) = a + b . (w - A w_j)
     weight_b: vec3f,         // weight in b, light's frame
-    solid_angle: f32,        // a light's sum to pi lambda^2 (1 - exp(-4 / lambda^2))
+    solid_angle: f32,        // a set's sum to the light's
 }
 
 const BRICK_SIDE: i32 = 4;
@@ -43,6 +47,9 @@ const OCCLUDER_CLEARANCE: f32 = 1.5;
 
 // The own strand is subtracted up to here; beyond it has left the ray or is one fibre among many.
 const OWN_REACH: f32 = 4.0;
+
+// Steps are one voxel near the start and this share of the distance further out.
+const STEP_GROWTH: f32 = 0.0625;
 
 // What a march leaves out: the fibre that its starting point lies on, straight on both sides of the point.
 struct OwnStrand {
@@ -113,11 +120,12 @@ fn own_share(own: OwnStrand, start: vec3f, low: vec3f, w: vec3f) -> vec2f {
     return share;
 }
 
-// Advances to the next voxel with content; false at the end of the volume. Steps are one voxel long, empty bricks are passed at once.
+// Advances to the next voxel with content; false at the end of the volume. Empty bricks are passed at once.
 fn march_next(m: ptr<function, Marcher>, crossing: ptr<function, Crossing>) -> bool {
     let last = vec3i(volume_grid.bricks) * BRICK_SIDE - 1;
     while ((*m).t < (*m).t_end) {
         let t = (*m).t;
+        let step = max(1.0, STEP_GROWTH * t);
         let p = (*m).start + t * (*m).w;
         let voxel = clamp(vec3i(floor(p)), vec3i(0), last);
         let brick = vec3u(voxel) / u32(BRICK_SIDE);
@@ -131,11 +139,11 @@ fn march_next(m: ptr<function, Marcher>, crossing: ptr<function, Crossing>) -> b
             let low = vec3f(brick * u32(BRICK_SIDE));
             let face = select(low, low + f32(BRICK_SIDE), (*m).inverse_w > vec3f(0.0));
             let to_face = (face - p) * (*m).inverse_w;
-            (*m).t = t + max(min(to_face.x, min(to_face.y, to_face.z)), 0.0) + 0.5;
+            (*m).t = t + max(min(to_face.x, min(to_face.y, to_face.z)), 0.0) + 0.5 * step;
             continue;
         }
 
-        (*m).t = t + 1.0;
+        (*m).t = t + step;
         let inside = vec3u(voxel) % u32(BRICK_SIDE);
         let stored = slot * BRICK_VOXELS + inside.x + u32(BRICK_SIDE) * (inside.y + u32(BRICK_SIDE) * inside.z);
         let words = volume_density[stored];
@@ -165,7 +173,7 @@ fn march_next(m: ptr<function, Marcher>, crossing: ptr<function, Crossing>) -> b
                 continue;
             }
         }
-        (*crossing).expected = sqrt(area.x * area.y);
+        (*crossing).expected = step * sqrt(area.x * area.y);
         (*crossing).sin2_theta = clamp(1.0 - area.y / area.x, 0.0, 1.0);
         (*crossing).voxel = stored;
         return true;
@@ -199,4 +207,11 @@ fn world_from_lobe(light: LobeLight, local: vec3f, turn: vec2f) -> vec3f {
     let x = turn.x * local.x - turn.y * local.y;
     let y = turn.y * local.x + turn.x * local.y;
     return light.tangent * x + light.bitangent * y + light.axis * local.z;
+}
+
+// Visibility T(w) = a + b . (w - A w_j) of a record, w in world space.
+fn visibility_towards(record: vec2u, light: LobeLight, w: vec3f) -> f32 {
+    let head = unpack2x16float(record.x);
+    let b = vec3f(head.y, unpack2x16float(record.y));
+    return clamp(head.x + dot(b, w - light.mean_cosine * light.axis), 0.0, 1.0);
 }

@@ -3,11 +3,12 @@
 mod device;
 mod kernel;
 pub mod shader;
+mod tables;
 mod transmittance;
 
 pub use device::{Gpu, GpuError};
 pub use kernel::{GROUP_SIZE, Kernel, fold_groups};
 pub use transmittance::{
-    AVERAGES_ENTRIES, LightBatch, PATH_BYTES, Transmittance, TransmittanceReport, VISIBILITY_BYTES,
+    AVERAGES_ENTRIES, LightBatch, MeanFibre, PATH_BYTES, Transmittance, TransmittanceReport, VISIBILITY_BYTES,
     VolumeReport,
 };

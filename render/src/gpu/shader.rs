@@ -2,27 +2,26 @@
 
 /// Every WGSL file of the product: path below `shaders/` and text.
 pub const SOURCES: &[(&str, &str)] = &[
+    source("lib/averages.wgsl", include_str!("../../../shaders/lib/averages.wgsl")),
+    source("lib/averages_table.wgsl", include_str!("../../../shaders/lib/averages_table.wgsl")),
+    source("lib/azimuth_r.wgsl", include_str!("../../../shaders/lib/azimuth_r.wgsl")),
+    source("lib/azimuth_trt.wgsl", include_str!("../../../shaders/lib/azimuth_trt.wgsl")),
+    source("lib/azimuth_tt.wgsl", include_str!("../../../shaders/lib/azimuth_tt.wgsl")),
+    source("lib/fibre.wgsl", include_str!("../../../shaders/lib/fibre.wgsl")),
+    source("lib/global.wgsl", include_str!("../../../shaders/lib/global.wgsl")),
+    source("lib/longitudinal.wgsl", include_str!("../../../shaders/lib/longitudinal.wgsl")),
+    source("lib/maths.wgsl", include_str!("../../../shaders/lib/maths.wgsl")),
+    source("lib/multiple.wgsl", include_str!("../../../shaders/lib/multiple.wgsl")),
+    source("lib/paths.wgsl", include_str!("../../../shaders/lib/paths.wgsl")),
+    source("lib/quality.wgsl", include_str!("../../../shaders/lib/quality.wgsl")),
+    source("lib/single.wgsl", include_str!("../../../shaders/lib/single.wgsl")),
+    source("lib/tables.wgsl", include_str!("../../../shaders/lib/tables.wgsl")),
     source("lib/types.wgsl", include_str!("../../../shaders/lib/types.wgsl")),
-    source(
-        "lib/averages.wgsl",
-        include_str!("../../../shaders/lib/averages.wgsl"),
-    ),
-    source(
-        "lib/volume.wgsl",
-        include_str!("../../../shaders/lib/volume.wgsl"),
-    ),
-    source(
-        "pass/density_paint.wgsl",
-        include_str!("../../../shaders/pass/density_paint.wgsl"),
-    ),
-    source(
-        "pass/transmittance_path.wgsl",
-        include_str!("../../../shaders/pass/transmittance_path.wgsl"),
-    ),
-    source(
-        "pass/transmittance_visibility.wgsl",
-        include_str!("../../../shaders/pass/transmittance_visibility.wgsl"),
-    ),
+    source("lib/volume.wgsl", include_str!("../../../shaders/lib/volume.wgsl")),
+    source("pass/averages.wgsl", include_str!("../../../shaders/pass/averages.wgsl")),
+    source("pass/density_paint.wgsl", include_str!("../../../shaders/pass/density_paint.wgsl")),
+    source("pass/transmittance_path.wgsl", include_str!("../../../shaders/pass/transmittance_path.wgsl")),
+    source("pass/transmittance_visibility.wgsl", include_str!("../../../shaders/pass/transmittance_visibility.wgsl")),
 ];
 
 const fn source(path: &'static str, text: &'static str) -> (&'static str, &'static str) {
