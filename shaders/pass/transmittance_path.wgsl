@@ -49,8 +49,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     var t_direct = 0.0;
     var spread = 0.0;
     var spread_weight = 0.0;
-    for (var k = 0u; k < light.direction_count; k++) {
-        let w = world_from_lobe(light, directions[light.first_direction + k].local, turn);
+    for (var k = 0u; k < light.path_count; k++) {
+        let w = world_from_lobe(light, directions[light.first_path + k].local, turn);
         let sums = march_forward(here.xyz, w, own);
         if (!sums.blocked) {
             let direct = exp(-sums.n);
@@ -62,7 +62,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             spread_weight += scattered;
         }
     }
-    let count = f32(light.direction_count);
+    let count = f32(light.path_count);
     let n = -log(max(t_direct / count, exp(-SUM_MAX)));
     let kappa = 2.0 * march_behind(here.xyz, -light.axis, own);
     t_f /= count;
