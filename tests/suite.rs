@@ -6,5 +6,7 @@ mod groom_damage;
 mod groom_generate;
 mod groom_refined;
 mod painting;
+mod pathtraced;
 mod project;
 mod raster;
+mod volume;

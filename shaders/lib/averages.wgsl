@@ -1,65 +1,51 @@
-// What one fibre does on average to light from a direction of inclination theta: a table over absorption and inclination.
-// Written by pass/averages.wgsl. A pass that looks values up declares
-//   var<storage, read> averages_table: array<vec4f>;
-// Two entries per (absorption, inclination): (a_f, a_b, beta_f, beta_b), (alpha_f, alpha_b, k, 0); after them one per absorption: (rho, 0, 0, 0).
+//!use lib/longitudinal.wgsl
+//!use lib/paths.wgsl
+// Forward and backward averages of one fibre's scattering (Xu 2011, Eq 32 with true cosines), unsmoothed circular fibre.
 
-const AVERAGES_SIGMAS: u32 = 32u;
-const AVERAGES_THETAS: u32 = 64u;
-
-// Absorption of node s: SIGMA_SCALE (exp(SIGMA_GROWTH s) - 1), from 0 to 30 per fibre radius.
-const SIGMA_SCALE: f32 = 0.05;
-const SIGMA_GROWTH: f32 = 0.20641;
-
-// Smallest k: keeps the limit of fibres without loss within reach of f32.
-const K_MIN: f32 = 1e-3;
-
-// Xu 2011 Eq 32 and below (a: share of the power scattered forward, backward; alpha: shift, beta: standard deviation, both in theta_h), and k.
-struct FibreAverages {
-    a_f: f32,
-    a_b: f32,
-    beta_f: f32,
-    beta_b: f32,
-    alpha_f: f32,
+struct Averages {
+    a_f: f32,        // share scattered forward
+    a_b: f32,        // share scattered backward
+    alpha_f: f32,    // mean tilt, radians
     alpha_b: f32,
-    k: f32,                  // sqrt((1 - a_f - a_b)(1 - a_f + a_b)): decay per fibre of light between two half spaces
+    beta_f: f32,     // root of the mean of beta^2, radians
+    beta_b: f32,
 }
 
-fn averages_sigma(node: u32) -> f32 {
-    return SIGMA_SCALE * (exp(SIGMA_GROWTH * f32(node)) - 1.0);
-}
+const AVERAGE_OUTER: u32 = 6u;
+const AVERAGE_GAMMA: u32 = 16u;
 
-fn averages_theta(node: u32) -> f32 {
-    return 3.14159265 * ((f32(node) + 0.5) / f32(AVERAGES_THETAS) - 0.5);
-}
-
-// k from a_f and a_b, at least K_MIN.
-fn decay_per_fibre(a_f: f32, a_b: f32) -> f32 {
-    return sqrt(max((1.0 - a_f - a_b) * (1.0 - a_f + a_b), K_MIN * K_MIN));
-}
-
-// Node and fraction of an absorption.
-fn averages_sigma_place(sigma_a: f32) -> vec2f {
-    let x = clamp(log(1.0 + max(sigma_a, 0.0) / SIGMA_SCALE) / SIGMA_GROWTH, 0.0, f32(AVERAGES_SIGMAS - 1u) - 1e-3);
-    return vec2f(floor(x), fract(x));
-}
-
-// The averages of a fibre of absorption sigma_a (one channel) at inclination theta, bilinear.
-fn fibre_averages(sigma_a: f32, theta: f32) -> FibreAverages {
-    let s = averages_sigma_place(sigma_a);
-    let x = clamp((theta / 3.14159265 + 0.5) * f32(AVERAGES_THETAS) - 0.5, 0.0, f32(AVERAGES_THETAS - 1u) - 1e-3);
-    let first = 2u * (u32(s.x) * AVERAGES_THETAS + u32(x));
-    let next_sigma = 2u * AVERAGES_THETAS;
-    let u = fract(x);
-    let low = mix(mix(averages_table[first], averages_table[first + 2u], u),
-        mix(averages_table[first + next_sigma], averages_table[first + next_sigma + 2u], u), s.y);
-    let high = mix(mix(averages_table[first + 1u], averages_table[first + 3u], u),
-        mix(averages_table[first + next_sigma + 1u], averages_table[first + next_sigma + 3u], u), s.y);
-    return FibreAverages(low.x, low.y, low.z, low.w, high.x, high.y, high.z);
-}
-
-// rho of a half space of fibres of absorption sigma_a: the share that comes back, mean over the inclination weighted by its cosine.
-fn half_space_reflectance(sigma_a: f32) -> f32 {
-    let s = averages_sigma_place(sigma_a);
-    let first = 2u * AVERAGES_SIGMAS * AVERAGES_THETAS + u32(s.x);
-    return mix(averages_table[first].x, averages_table[first + 1u].x, s.y);
+// `sigma_a` of one colour channel, `theta` the inclination of the light. The forward weight of an azimuth difference phi is
+// abs(phi)/pi, the backward weight 1 - abs(phi)/pi (the printed integral of Eq 33 is the backward one).
+fn scattering_averages(f: Fibre, sigma_a: f32, theta: f32) -> Averages {
+    let theta_i = guarded(theta, -HALF_PI, HALF_PI, 0.0);
+    let sigma = vec3f(guarded(sigma_a, 0.0, 1e4, 0.0));
+    var shares = array<vec2f, 3>(vec2f(0.0), vec2f(0.0), vec2f(0.0));
+    for (var t = 0u; t < 3u; t++) {
+        let mean = 2.0 * f.alpha[t] - theta_i;
+        let g = product_gaussian(mean, f.beta[t], theta_i, 0.0, 0.0);
+        for (var k = 0u; k < AVERAGE_OUTER; k++) {
+            let node = outer_node(g, AVERAGE_OUTER, k, mean, f.beta[t], theta_i, 0.0, 0.0, false);
+            let r = refraction(f.eta, node.cos_theta_d);
+            var split = vec2f(0.0);
+            for (var j = 0u; j < AVERAGE_GAMMA; j++) {
+                let ray = gamma_node(AVERAGE_GAMMA, j);
+                let path = path_at(r, sigma, t, ray.x, ray.y);
+                let forward = abs(wrapped(path.azimuth)) / PI;
+                split += 2.0 * ray.z * path.energy.x * vec2f(forward, 1.0 - forward);
+            }
+            // The node's weight holds cos^2 of the integration angle; Eq 32 has one cosine of either end.
+            shares[t] += node.weight * cos(theta_i) / max(node.cos_theta_i, 1e-6) * split;
+        }
+    }
+    let total = shares[0] + shares[1] + shares[2];
+    var tilt = vec2f(0.0);
+    var variance = vec2f(0.0);
+    for (var t = 0u; t < 3u; t++) {
+        tilt += shares[t] * f.alpha[t];
+        variance += shares[t] * f.beta[t] * f.beta[t];
+    }
+    let safe = max(total, vec2f(1e-20));
+    let clamped = min(total, vec2f(1.0));
+    let beta = sqrt(variance / safe);
+    return Averages(clamped.x, clamped.y, tilt.x / safe.x, tilt.y / safe.y, beta.x, beta.y);
 }

@@ -51,7 +51,7 @@ fn azimuth_trt_elliptic(f: Fibre, cos_theta_d: f32, kappa: f32, phi_o: f32, phi_
         // Newton's method for the meeting point x = phi_i - phi_j, weighted by the two concentrations.
         var x = 0.0;
         var meeting: Meeting;
-        for (var pass = 0u; pass < ELLIPTIC_PASSES; pass++) {
+        for (var step = 0u; step < ELLIPTIC_STEPS; step++) {
             meeting = meeting_at(index, f.eta, cos_theta_d, node, mirror, gamma, phi_o, phi_j, x);
             let lobe = lobe_kappa * meeting.slope * meeting.slope;
             x = clamp(meeting.centre, -PI, PI) * lobe / (kappa + lobe);
@@ -71,7 +71,7 @@ fn azimuth_trt_elliptic(f: Fibre, cos_theta_d: f32, kappa: f32, phi_o: f32, phi_
     return sum;
 }
 
-const ELLIPTIC_PASSES: u32 = 2u;
+const ELLIPTIC_STEPS: u32 = 2u;
 
 // One TRT path of an elliptic fibre, linear in x = phi_i - phi_j about a point.
 struct Meeting {

@@ -20,7 +20,8 @@ fn n_tt(r: Refraction, sigma_a: vec3f, cos_phi: f32) -> vec3f {
 
 // Integral of N_TT times exp(kappa (cos(phi_i - phi_j) - 1)) over phi_i; `azimuth` holds cos and sin of phi_o - phi_j.
 fn azimuth_tt(r: Refraction, sigma_a: vec3f, kappa: f32, azimuth: vec2f) -> vec3f {
-    if kappa > TT_NARROW_KAPPA {
+    // TT spans 1 - cos a up to 1 - 1/eta': the light is narrow when it is much narrower than that.
+    if kappa * (1.0 - 1.0 / r.eta_p) > TT_NARROW {
         // Three nodes of the light: exact for trigonometric polynomials of order two.
         let light = von_mises(kappa);
         let cos_x = 1.0 - light.one_minus_cos;

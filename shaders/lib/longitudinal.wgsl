@@ -16,9 +16,9 @@ struct ProductGaussian {
 // resembles, exp(-theta_i^2 + theta_d^2).
 fn product_gaussian(mean: f32, beta: f32, theta_o: f32, theta_j: f32, inv_lambda_sq: f32) -> ProductGaussian {
     let lobe_precision = 0.125 / (beta * beta);
-    let precision = inv_lambda_sq + lobe_precision + 0.75;
-    let width = inverseSqrt(precision);
-    let centre = (inv_lambda_sq * theta_j + lobe_precision * mean - 0.25 * theta_o) / precision;
+    let total_precision = inv_lambda_sq + lobe_precision + 0.75;
+    let width = inverseSqrt(total_precision);
+    let centre = (inv_lambda_sq * theta_j + lobe_precision * mean - 0.25 * theta_o) / total_precision;
     // A centre far beyond a pole moves back to where the rule is tabulated.
     let reach = HALF_PI - TRUNCATION_MIN * width;
     let inside = clamp(centre, -reach, reach);

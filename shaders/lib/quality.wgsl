@@ -2,8 +2,8 @@
 
 override quality: u32 = 1u;
 
-// Above this concentration of the light TT is read off at azimuths, below it is summed over gamma.
-const TT_NARROW_KAPPA: f32 = 14.0;
+// Above this product of the light's concentration and TT's span, TT is read off at azimuths; below it is summed over gamma.
+const TT_NARROW: f32 = 5.0;
 
 // Outer nodes of R, TT, TRT.
 fn outer_counts() -> vec3u {
@@ -27,5 +27,14 @@ fn trt_gamma_count() -> u32 {
         case 0u: { return 3u; }
         case 1u: { return 4u; }
         default: { return 8u; }
+    }
+}
+
+// Outer nodes and gamma nodes of the global term.
+fn global_counts() -> vec2u {
+    switch quality {
+        case 0u: { return vec2u(2u, 6u); }
+        case 1u: { return vec2u(3u, 8u); }
+        default: { return vec2u(5u, 16u); }
     }
 }

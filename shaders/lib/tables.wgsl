@@ -10,9 +10,10 @@ const VON_MISES_STEPS: u32 = 256u;
 const VON_MISES_OFFSET: u32 = 1480u;
 const COSINE_POWER_STEPS: u32 = 64u;
 const COSINE_POWER_OFFSET: u32 = 1737u;
+const WINDOW_OFFSET: u32 = 10187u;
 const FRESNEL_STEPS: u32 = 256u;
 const FRESNEL_ETA_MAX: f32 = 3.0;
-const FRESNEL_OFFSET: u32 = 10187u;
+const FRESNEL_OFFSET: u32 = 10317u;
 
 // A place between two entries of a table.
 struct Slot { index: u32, fraction: f32 }
@@ -73,6 +74,13 @@ fn mean_cosine_powers(kappa: f32, y: f32) -> CosinePowers {
         mix(mix(tables[at], tables[at + 2u], column.fraction), mix(tables[below], tables[below + 2u], column.fraction), row.fraction),
         mix(mix(tables[at + 1u], tables[at + 3u], column.fraction), mix(tables[below + 1u], tables[below + 3u], column.fraction), row.fraction),
     );
+}
+
+// The same means over the half circle around that centre (Xu 2011, Eq 28).
+fn window_cosine_powers(y: f32) -> CosinePowers {
+    let column = table_slot(y, COSINE_POWER_STEPS);
+    let at = WINDOW_OFFSET + 2u * column.index;
+    return CosinePowers(mix(tables[at], tables[at + 2u], column.fraction), mix(tables[at + 1u], tables[at + 3u], column.fraction));
 }
 
 // Coefficients of X^0..X^7 of the reflectance at cosine X, for eta in [1, 3].

@@ -1,7 +1,7 @@
 // What the paint adds to every stored voxel: losses per crossed fibre, from the mean absorption of the fibres in it.
 // A loss is kept as its value across the fibre and its change with sin^2 theta.
 //!use lib/types.wgsl
-//!use lib/averages.wgsl
+//!use lib/averages_table.wgsl
 
 struct Share {
     point: u32,              // first point of the segment

@@ -5,7 +5,7 @@
 //!use lib/refined.wgsl
 //!use lib/light.wgsl
 //!use lib/single.wgsl
-//!use lib/volume.wgsl
+//!use lib/lobe_light.wgsl
 
 struct ShadeUniform {
     camera_position: vec3f,

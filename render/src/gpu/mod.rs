@@ -6,6 +6,7 @@ mod frame;
 pub mod head;
 mod kernel;
 mod lights;
+pub mod probe;
 pub mod raster;
 mod shade;
 pub mod shader;

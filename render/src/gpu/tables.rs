@@ -6,6 +6,7 @@
 //! | Gauss-Legendre rules over gamma | [`GAMMA_OFFSET`] | sin gamma, cos gamma, weight * cos gamma / 2, weight, per rule size and node |
 //! | von Mises | [`VON_MISES_OFFSET`] | normaliser, node, weight and convolution term over v = 1 / (1 + sqrt kappa) |
 //! | mean cosine powers | [`COSINE_POWER_OFFSET`] | means of y^1..y^8 under a von Mises density (Xu 2011, Eq 14), over v and y = abs cos(phi/2) |
+//! | window cosine powers | [`WINDOW_OFFSET`] | means of y^1..y^8 over the half circle around a direction (Xu 2011, Eq 28), over y |
 //! | Fresnel polynomials | [`FRESNEL_OFFSET`] | coefficients of X^0..X^7 of the exact dielectric reflectance, over eta |
 //!
 //! `shaders/lib/tables.wgsl` repeats the constants of this file; a test compares them.
@@ -34,12 +35,15 @@ pub const VON_MISES_OFFSET: usize = GAMMA_OFFSET + GAMMA_MAX * (GAMMA_MAX + 1) /
 pub const COSINE_POWER_STEPS: usize = 64;
 /// First entry of the cosine powers.
 pub const COSINE_POWER_OFFSET: usize = VON_MISES_OFFSET + VON_MISES_STEPS + 1;
+/// First entry of the window cosine powers.
+pub const WINDOW_OFFSET: usize =
+    COSINE_POWER_OFFSET + 2 * (COSINE_POWER_STEPS + 1) * (COSINE_POWER_STEPS + 1);
 /// Intervals of the Fresnel section over eta in [1, [`FRESNEL_ETA_MAX`]].
 pub const FRESNEL_STEPS: usize = 256;
 /// Largest index of refraction.
 pub const FRESNEL_ETA_MAX: f64 = 3.0;
 /// First entry of the Fresnel section.
-pub const FRESNEL_OFFSET: usize = COSINE_POWER_OFFSET + 2 * (COSINE_POWER_STEPS + 1) * (COSINE_POWER_STEPS + 1);
+pub const FRESNEL_OFFSET: usize = WINDOW_OFFSET + 2 * (COSINE_POWER_STEPS + 1);
 /// All entries.
 pub const TABLE_LEN: usize = FRESNEL_OFFSET + 2 * (FRESNEL_STEPS + 1);
 
@@ -57,6 +61,7 @@ pub fn scattering_tables() -> Vec<[f32; 4]> {
     }
     out.extend((0..=VON_MISES_STEPS).map(|i| narrow(von_mises_entry(i as f64 / VON_MISES_STEPS as f64))));
     push_cosine_powers(&mut out);
+    push_window_powers(&mut out);
     for i in 0..=FRESNEL_STEPS {
         let eta = 1.0 + (FRESNEL_ETA_MAX - 1.0) * i as f64 / FRESNEL_STEPS as f64;
         let c = fresnel_polynomial(eta);
@@ -190,20 +195,33 @@ fn push_cosine_powers(out: &mut Vec<[f32; 4]>) {
     for i in 0..=COSINE_POWER_STEPS {
         let v = i as f64 / COSINE_POWER_STEPS as f64;
         let points = if v > 0.0 { von_mises_measure(kappa_at(v)).0 } else { vec![(0.0, 1.0)] };
-        for j in 0..=COSINE_POWER_STEPS {
-            let centre = 2.0 * (j as f64 / COSINE_POWER_STEPS as f64).acos();
-            let mut means = [0.0; 8];
-            for (x, weight) in &points {
-                let y = (0.5 * (centre + x)).cos().abs();
-                let mut term = *weight;
-                for mean in &mut means {
-                    term *= y;
-                    *mean += term;
-                }
+        push_power_means(out, &points);
+    }
+}
+
+fn push_window_powers(out: &mut Vec<[f32; 4]>) {
+    let count = 1024;
+    let step = PI / f64::from(count);
+    let points: Vec<(f64, f64)> =
+        (0..count).map(|i| (-FRAC_PI_2 + step * (f64::from(i) + 0.5), 1.0 / f64::from(count))).collect();
+    push_power_means(out, &points);
+}
+
+/// Means of abs(cos((centre + x)/2))^k, k = 1..8, over weighted points x, for centres with y = abs(cos(centre/2)) on the grid.
+fn push_power_means(out: &mut Vec<[f32; 4]>, points: &[(f64, f64)]) {
+    for j in 0..=COSINE_POWER_STEPS {
+        let centre = 2.0 * (j as f64 / COSINE_POWER_STEPS as f64).acos();
+        let mut means = [0.0; 8];
+        for (x, weight) in points {
+            let y = (0.5 * (centre + x)).cos().abs();
+            let mut term = *weight;
+            for mean in &mut means {
+                term *= y;
+                *mean += term;
             }
-            out.push(narrow([means[0], means[1], means[2], means[3]]));
-            out.push(narrow([means[4], means[5], means[6], means[7]]));
         }
+        out.push(narrow([means[0], means[1], means[2], means[3]]));
+        out.push(narrow([means[4], means[5], means[6], means[7]]));
     }
 }
 

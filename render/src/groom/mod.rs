@@ -3,6 +3,7 @@
 //! [`read_groom`] or [`generate`] -> [`GroomBuilder`], which cleans and counts -> [`Groom`] -> [`RefinedGroom`], the smooth curve through
 //! its points.
 
+mod barber;
 mod builder;
 mod bytes;
 mod error;

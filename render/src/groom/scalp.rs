@@ -34,6 +34,9 @@ const AZIMUTHS: usize = 180;
 const ROWS_BELOW: usize = 112;
 const ROWS_ABOVE: usize = 64;
 
+/// How far hollows are spanned, in cells.
+const TENT_PASSES: usize = 60;
+
 /// Height below the skull's centre that the rows below it cover, in D.
 const DEPTH_BELOW: f32 = 0.90;
 
@@ -129,6 +132,9 @@ impl Envelope {
         envelope.radius = radius;
         envelope.fill_holes();
         envelope.dilate();
+        for _ in 0..TENT_PASSES {
+            envelope.span_hollows();
+        }
         envelope
     }
 
@@ -220,6 +226,14 @@ impl Envelope {
     /// Raises every cell to the largest around it, so that a look-up between cells never dips below the mesh.
     fn dilate(&mut self) {
         self.radius = self.map_cells(Self::largest_around);
+    }
+
+    /// Raises every cell to the mean around it: hair spans the hollows around ears and nape like a tent.
+    fn span_hollows(&mut self) {
+        self.radius = self.map_cells(|envelope, cell| {
+            let mean = envelope.around(cell).map(|c| envelope.radius[c]).sum::<f32>() / 9.0;
+            mean.max(envelope.radius[cell])
+        });
     }
 
     fn largest_around(&self, cell: usize) -> f32 {
