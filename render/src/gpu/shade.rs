@@ -139,7 +139,7 @@ impl ShadePass {
                 &mut stale.insert((settings.quality, kernel)).1
             }
         };
-        let (Some(frames), Some(directions)) =
+        let (Some(frames), Some(_directions)) =
             (inputs.transmittance.light_buffer(), inputs.transmittance.direction_buffer())
         else {
             return Ok(0);
@@ -179,10 +179,10 @@ impl ShadePass {
                         (2, inputs.params),
                         (3, inputs.lights),
                         (4, frames),
-                        (5, directions),
+                        // MULT (5, directions),
                         (6, &batch.visibility),
-                        (7, &batch.path),
-                        (8, inputs.transmittance.averages_table()),
+                        // MULT (7, &batch.path),
+                        // MULT (8, inputs.transmittance.averages_table()),
                         (9, &strands.radiance),
                         (10, &self.tables),
                     ],
