@@ -37,6 +37,11 @@ impl<'a> Console<'a> {
         writeln!(self.out, "{value:#}")
     }
 
+    /// Standard output, for results that are a stream of lines.
+    pub(super) fn stream(&mut self) -> &mut dyn Write {
+        &mut *self.out
+    }
+
     /// Warns; a closed standard error has nobody to warn.
     pub(super) fn warn(&mut self, text: &str) {
         self.warnings.push(text.to_owned());

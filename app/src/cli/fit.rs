@@ -2,7 +2,10 @@
 
 use std::{ops::ControlFlow, path::PathBuf};
 
-use balayage_render::light::{EnvironmentMap, FitSettings, LightSet, Objective, fit};
+use balayage_render::{
+    image::write_png,
+    light::{EnvironmentMap, FitSettings, LightSet, Objective, fit, preview},
+};
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
@@ -19,6 +22,9 @@ pub(super) struct FitArgs {
     /// Light list to write.
     #[arg(short, long, value_name = "LIGHTS.json")]
     output: PathBuf,
+    /// Picture to write: map, reconstruction and difference below each other.
+    #[arg(long, value_name = "P.png")]
+    preview: Option<PathBuf>,
     /// Lights to start from.
     #[arg(long, value_name = "LIGHTS.json")]
     from: Option<PathBuf>,
@@ -66,6 +72,15 @@ pub(super) fn run(args: &FitArgs, console: &mut Console<'_>) -> Result<(), CliEr
     .map_err(|e| Problem::at("", e.to_string(), "start it again").in_file(&args.map))?;
     drop(progress);
     fitted.lights.write(&args.output).map_err(Problem::from)?;
+    if let Some(path) = &args.preview {
+        let picture = preview(&map, &fitted.lights);
+        let rgba: Vec<u8> = picture
+            .rgb
+            .chunks_exact(3)
+            .flat_map(|p| [p[0], p[1], p[2], 255])
+            .collect();
+        write_png(path, picture.width, picture.height, &rgba)?;
+    }
 
     let value = json!({
         "output": args.output,

@@ -9,11 +9,12 @@ mod fit;
 mod hair_option;
 mod light_options;
 mod paint;
+pub mod probe;
 mod render;
 
 use std::{
     ffi::OsString,
-    io::{self, Write},
+    io::{self, BufWriter, Write},
 };
 
 use balayage_render::{gpu::GpuError, groom::GroomError, image::PictureError};
@@ -51,6 +52,8 @@ enum Command {
     Fit(fit::FitArgs),
     /// Convert between groom formats.
     Convert(convert::ConvertArgs),
+    /// Evaluate the scattering model at single points: JSON lines in, JSON lines out.
+    Probe(probe::Arguments),
 }
 
 /// Why a command stopped.
@@ -132,6 +135,7 @@ pub fn run<A: Into<OsString> + Clone>(
         Command::Check(args) => check::run(args, &mut console),
         Command::Fit(args) => fit::run(args, &mut console),
         Command::Convert(args) => convert::run(args, &mut console),
+        Command::Probe(args) => run_probe(args, &mut console),
     };
     match result {
         Ok(()) => 0,
@@ -156,4 +160,19 @@ fn open(
         console.warn(warning);
     }
     Ok(opened.document)
+}
+
+/// Answers the cases of standard input; lines that were refused are counted and make the command fail.
+fn run_probe(args: &probe::Arguments, console: &mut Console<'_>) -> Result<(), CliError> {
+    let mut out = BufWriter::new(console.stream());
+    let report = probe::run(args, io::stdin().lock(), &mut out)?;
+    drop(out);
+    if report.refused > 0 {
+        let text = format!(
+            "{} of {} lines were refused; each names its reason",
+            report.refused, report.lines
+        );
+        return Err(CliError::Input(text));
+    }
+    Ok(())
 }

@@ -358,15 +358,12 @@ fn print(
         .zip(reports)
         .map(|(path, report)| json!({"picture": path, "passes_ms": pairs(&report.passes), "counters": pairs(&report.counters)}))
         .collect();
-    let fit = lighting.fit.as_ref().map(
-        |fit| json!({"hair_error": fit.hair_error, "relative_l2": fit.relative_l2, "seconds": fit.seconds}),
-    );
     let value = json!({
         "adapter": gpu.adapter_name,
         "strands": groom.strand_count(),
         "points": groom.point_count(),
         "lights": lights,
-        "fit": fit,
+        "fit_seconds": lighting.fit_seconds,
         "frames": frames,
     });
 

@@ -1,9 +1,9 @@
 //! From light settings to the lights of a frame.
 
-use std::{ops::ControlFlow, path::Path};
+use std::{ops::ControlFlow, path::Path, time::Instant};
 
 use balayage_render::light::{
-    EnvironmentMap, Fit, FitSettings, GradientSky, InputError, LightSet, MapReport, Objective, fit,
+    EnvironmentMap, FitSettings, GradientSky, InputError, LightSet, MapReport, fit_lights,
 };
 use glam::Vec3;
 
@@ -23,8 +23,8 @@ pub struct Lighting {
     pub lights: LightSet,
     /// The map behind them, where there is one.
     pub map: Option<EnvironmentMap>,
-    /// How well the lights stand for the map.
-    pub fit: Option<Fit>,
+    /// How long the fit took, where there was one.
+    pub fit_seconds: Option<f64>,
     /// What a person should know about the files.
     pub warnings: Vec<String>,
 }
@@ -69,7 +69,7 @@ impl Lighting {
         Self {
             lights,
             map: None,
-            fit: None,
+            fit_seconds: None,
             warnings: Vec::new(),
         }
     }
@@ -82,16 +82,15 @@ impl Lighting {
     ) -> Result<Self, Problem> {
         let settings = FitSettings {
             count,
-            seed: 0,
-            objective: Objective::Relative,
-            from: None,
+            ..FitSettings::default()
         };
-        let fit = fit(&map, &settings, progress)
+        let start = Instant::now();
+        let lights = fit_lights(&map, &settings, progress)
             .map_err(|e| Problem::at("", e.to_string(), "start it again").in_file(name))?;
         Ok(Self {
-            lights: fit.lights.clone(),
+            lights,
             map: Some(map),
-            fit: Some(fit),
+            fit_seconds: Some(start.elapsed().as_secs_f64()),
             warnings: map_warnings(&report, name),
         })
     }
