@@ -1,2 +1,1 @@
 //! The editor, driven through its accessibility tree.
-

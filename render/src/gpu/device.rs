@@ -12,7 +12,9 @@ pub enum GpuError {
     )]
     NoAdapter(String),
     /// The adapter refused the device.
-    #[error("the GPU adapter {adapter} refused a device: {reason}; update its driver or choose another adapter with WGPU_ADAPTER_NAME")]
+    #[error(
+        "the GPU adapter {adapter} refused a device: {reason}; update its driver or choose another adapter with WGPU_ADAPTER_NAME"
+    )]
     NoDevice {
         /// Name of the adapter.
         adapter: String,
@@ -28,7 +30,9 @@ pub enum GpuError {
         reason: String,
     },
     /// A buffer would exceed what the adapter can bind.
-    #[error("{what} needs {needed} bytes, the GPU adapter binds at most {limit}; use a smaller groom or picture")]
+    #[error(
+        "{what} needs {needed} bytes, the GPU adapter binds at most {limit}; use a smaller groom or picture"
+    )]
     TooLarge {
         /// The resource.
         what: String,
@@ -78,7 +82,10 @@ impl Gpu {
             required_limits: adapter.limits(),
             ..Default::default()
         }))
-        .map_err(|e| GpuError::NoDevice { adapter: adapter.get_info().name, reason: e.to_string() })?;
+        .map_err(|e| GpuError::NoDevice {
+            adapter: adapter.get_info().name,
+            reason: e.to_string(),
+        })?;
         Ok(Self::from_parts(device, queue, &adapter.get_info()))
     }
 
@@ -100,7 +107,11 @@ impl Gpu {
         let limits = self.device.limits();
         let limit = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
         if bytes > limit {
-            return Err(GpuError::TooLarge { what: label.to_owned(), needed: bytes, limit });
+            return Err(GpuError::TooLarge {
+                what: label.to_owned(),
+                needed: bytes,
+                limit,
+            });
         }
         Ok(self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),
@@ -129,6 +140,17 @@ impl Gpu {
         })
     }
 
+    /// Blocks until all submitted work is done.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`] when the device does not answer.
+    pub fn wait(&self) -> Result<(), GpuError> {
+        self.device
+            .poll(wgpu::PollType::wait_indefinitely())
+            .map(|_| ())
+            .map_err(|_| GpuError::Lost("waiting for the GPU".to_owned()))
+    }
+
     /// Reads the first `count` values of a buffer back; blocks until the GPU has written them.
     ///
     /// # Errors
@@ -154,12 +176,16 @@ impl Gpu {
             // The receiver is gone only when this function has already returned an error.
             let _ = sender.send(result);
         });
-        self.device
-            .poll(wgpu::PollType::wait_indefinitely())
-            .map_err(|_| GpuError::Lost("waiting for the GPU".to_owned()))?;
-        receiver.recv().map_err(|_| ()).and_then(|r| r.map_err(|_| ())).map_err(lost)?;
-        let view =
-            staging.slice(..).get_mapped_range().map_err(|_| GpuError::Lost("mapping a buffer".to_owned()))?;
+        self.wait()?;
+        receiver
+            .recv()
+            .map_err(|_| ())
+            .and_then(|r| r.map_err(|_| ()))
+            .map_err(lost)?;
+        let view = staging
+            .slice(..)
+            .get_mapped_range()
+            .map_err(|_| GpuError::Lost("mapping a buffer".to_owned()))?;
         Ok(bytemuck::pod_collect_to_vec(&view[..bytes as usize]))
     }
 }

@@ -17,24 +17,35 @@ impl Kernel {
     /// # Errors
     /// [`GpuError::Refused`] with the compiler's message.
     pub fn new(gpu: &Gpu, path: &str, constants: &[(&str, f64)]) -> Result<Self, GpuError> {
-        let refused = |reason: String| GpuError::Refused { what: format!("shaders/{path}"), reason };
+        let refused = |reason: String| GpuError::Refused {
+            what: format!("shaders/{path}"),
+            reason,
+        };
         let text = shader::compose(path).map_err(refused)?;
         let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(path),
             source: wgpu::ShaderSource::Wgsl(text.into()),
         });
-        let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(path),
-            layout: None,
-            module: &module,
-            entry_point: Some("main"),
-            compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
-            cache: None,
-        });
+        let pipeline = gpu
+            .device
+            .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(path),
+                layout: None,
+                module: &module,
+                entry_point: Some("main"),
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants,
+                    ..Default::default()
+                },
+                cache: None,
+            });
         match pollster::block_on(scope.pop()) {
             Some(error) => Err(refused(error.to_string())),
-            None => Ok(Self { pipeline, label: path.to_owned() }),
+            None => Ok(Self {
+                pipeline,
+                label: path.to_owned(),
+            }),
         }
     }
 
@@ -42,7 +53,10 @@ impl Kernel {
     pub fn bind(&self, gpu: &Gpu, buffers: &[(u32, &wgpu::Buffer)]) -> wgpu::BindGroup {
         let entries: Vec<_> = buffers
             .iter()
-            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding: *binding, resource: buffer.as_entire_binding() })
+            .map(|(binding, buffer)| wgpu::BindGroupEntry {
+                binding: *binding,
+                resource: buffer.as_entire_binding(),
+            })
             .collect();
         self.bind_entries(gpu, &entries)
     }

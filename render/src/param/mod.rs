@@ -112,7 +112,12 @@ pub struct LobeRatios {
 
 impl Default for LobeRatios {
     fn default() -> Self {
-        Self { alpha_tt: -0.5, alpha_trt: -1.5, beta_tt: 0.5, beta_trt: 2.0 }
+        Self {
+            alpha_tt: -0.5,
+            alpha_trt: -1.5,
+            beta_tt: 0.5,
+            beta_trt: 2.0,
+        }
     }
 }
 

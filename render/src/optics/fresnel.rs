@@ -1,0 +1,45 @@
+//! Reflection at the fibre's surface.
+
+/// Unpolarised reflectance of a smooth dielectric of relative index `eta` at the cosine of the true 3D angle of incidence.
+///
+/// For a fibre the cosine is cos(theta_d) cos(gamma); with gamma_t from eta' this equals Marschner's form with eta' and eta''
+/// (2003, section 4.2) where eta'' stands in the formula but not in Snell's law. Total reflection gives one.
+pub fn fresnel(eta: f64, cos_i: f64) -> f64 {
+    if eta == 1.0 {
+        return 0.0;
+    }
+    let cos_i = cos_i.clamp(0.0, 1.0);
+    let cos_t_squared = 1.0 - (1.0 - cos_i * cos_i) / (eta * eta);
+    if cos_t_squared <= 0.0 {
+        return 1.0;
+    }
+    let cos_t = cos_t_squared.sqrt();
+    let r_s = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+    let r_p = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+    0.5 * (r_s * r_s + r_p * r_p)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_angles_of_a_dielectric() {
+        // Normal incidence, Brewster's angle (only the s half is left), grazing, and total reflection.
+        let eta: f64 = 1.55;
+        assert!((fresnel(eta, 1.0) - (0.55_f64 / 2.55).powi(2)).abs() < 1e-15);
+        let brewster = eta.atan().cos();
+        let r_s = (eta * eta - 1.0) / (eta * eta + 1.0);
+        assert!((fresnel(eta, brewster) - 0.5 * r_s * r_s).abs() < 1e-15);
+        assert!((fresnel(eta, 0.0) - 1.0).abs() < 1e-15);
+        assert_eq!(fresnel(1.0 / eta, 0.5), 1.0);
+        assert_eq!(fresnel(1.0, 0.0), 0.0);
+    }
+
+    #[test]
+    fn both_sides_of_the_surface_reflect_alike() {
+        let (eta, cos_i) = (1.55_f64, 0.4_f64);
+        let cos_t = (1.0 - (1.0 - cos_i * cos_i) / (eta * eta)).sqrt();
+        assert!((fresnel(eta, cos_i) - fresnel(1.0 / eta, cos_t)).abs() < 1e-14);
+    }
+}
