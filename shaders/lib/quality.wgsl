@@ -25,7 +25,7 @@ fn tt_gamma_count() -> u32 {
 fn trt_gamma_count() -> u32 {
     switch quality {
         case 0u: { return 3u; }
-        case 1u: { return 4u; }
+        case 1u: { return 5u; }
         default: { return 8u; }
     }
 }
