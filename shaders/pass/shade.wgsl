@@ -57,7 +57,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         }
     }
     if any(shade.constant > vec3f(0.0)) {
-        let exact = single_scattering_constant(fibre, view_angles.x);
+        let exact = single_scattering_constant(view);
         out += shade.constant * chosen(Lobes(
             exact.r * share(seen.r, unshadowed.r),
             exact.tt * share(seen.tt, unshadowed.tt),
