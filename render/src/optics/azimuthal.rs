@@ -9,8 +9,8 @@ use super::quadrature::{Estimate, integrate};
 
 /// Widths around a mark of a kernel at which the first panels end.
 const PANEL_WIDTHS: f64 = 6.0;
-/// Kernels wider than this need no panels of their own.
-const WIDE: f64 = 0.5;
+/// Kernels wider than this are met by several nodes of any panel and need none of their own.
+const WIDE: f64 = 0.05;
 
 /// The cross-section of a fibre at one difference angle: everything about a path that does not depend on its offset.
 #[derive(Clone, Copy, Debug)]
