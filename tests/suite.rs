@@ -1,1 +1,12 @@
 //! Laws, parity, layout, images, painting, project and command line.
+
+mod cli;
+mod groom;
+mod groom_damage;
+mod groom_generate;
+mod groom_refined;
+mod painting;
+mod pathtraced;
+mod project;
+mod raster;
+mod volume;

@@ -140,6 +140,17 @@ impl Gpu {
         })
     }
 
+    /// Blocks until all submitted work is done.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`] when the device does not answer.
+    pub fn wait(&self) -> Result<(), GpuError> {
+        self.device
+            .poll(wgpu::PollType::wait_indefinitely())
+            .map(|_| ())
+            .map_err(|_| GpuError::Lost("waiting for the GPU".to_owned()))
+    }
+
     /// Reads the first `count` values of a buffer back; blocks until the GPU has written them.
     ///
     /// # Errors
@@ -165,9 +176,7 @@ impl Gpu {
             // The receiver is gone only when this function has already returned an error.
             let _ = sender.send(result);
         });
-        self.device
-            .poll(wgpu::PollType::wait_indefinitely())
-            .map_err(|_| GpuError::Lost("waiting for the GPU".to_owned()))?;
+        self.wait()?;
         receiver
             .recv()
             .map_err(|_| ())

@@ -1,8 +1,27 @@
 //! Device, passes and the frame. The only module besides the viewport that knows wgpu.
 
+pub mod camera;
 mod device;
+mod frame;
+pub mod head;
 mod kernel;
+mod lights;
+pub mod probe;
+pub mod raster;
+mod shade;
 pub mod shader;
+pub mod strands;
+pub mod tables;
+mod transmittance;
+pub mod view;
 
+pub use camera::{Camera, CameraFile};
 pub use device::{Gpu, GpuError};
+pub use frame::{FrameReport, RenderSettings, Renderer};
 pub use kernel::{GROUP_SIZE, Kernel, fold_groups};
+pub use shade::{Multiple, Quality, ShadeSettings, Terms};
+pub use transmittance::{
+    AVERAGES_ENTRIES, LightBatch, MeanFibre, PATH_BYTES, Transmittance, TransmittanceReport,
+    VISIBILITY_BYTES, VolumeReport,
+};
+pub use view::ViewTransform;

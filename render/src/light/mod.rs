@@ -2,9 +2,37 @@
 //!
 //! World: right-handed, y up. Map pixel (u, v) in [0,1]^2, row 0 on top, is the direction
 //! (sin 2 pi u sin pi v, cos pi v, -cos 2 pi u sin pi v).
+//!
+//! The way of a map: a file is read by `radiance_hdr` or `open_exr` and cleaned into an [`EnvironmentMap`]; [`fit()`] turns it
+//! into a [`LightSet`] (`cells` sums energy, `mixture` seeds by expectation maximisation, `refine` minimises the relative
+//! residual); [`HairProbe`] says what hair will see of the difference, and [`preview()`] what an eye will.
+
+mod cells;
+mod error;
+mod fit;
+mod hair;
+mod json;
+mod map;
+mod mixture;
+mod nnls;
+mod open_exr;
+mod preset;
+mod preview;
+mod radiance_hdr;
+mod refine;
+mod sight;
+mod srbf;
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
+
+pub use error::InputError;
+pub use fit::{Fit, FitError, FitSettings, MAX_LIGHTS, Objective, Progress, fit, fit_lights};
+pub use hair::{HairKernel, HairProbe};
+pub use map::{MAX_PIXELS, MapReport};
+pub use preset::GradientSky;
+pub use preview::{Picture, preview};
+pub use srbf::{MAX_BANDWIDTH, luminance};
 
 /// One spherical radial basis function: radiance * exp(2 (w . direction - 1) / bandwidth^2), peak 1 (Xu 2011, Eq 1).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,0 +1,179 @@
+//! The scattering functions of the shaders at single points, many cases in one dispatch.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{Gpu, GpuError, Kernel, tables::scattering_tables};
+
+/// How the single-scattering integral is evaluated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Scheme {
+    /// Gauss nodes in theta_i and gamma with closed-form light integrals.
+    #[default]
+    Nodes,
+}
+
+/// Number of nodes of the `nodes` scheme; the value of the shaders' constant `quality`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Quality {
+    /// For interaction on slow devices.
+    Draft = 0,
+    /// The default.
+    #[default]
+    Standard = 1,
+    /// For final pictures.
+    High = 2,
+}
+
+/// One point at which the model is evaluated. Angles in radians.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProbeCase {
+    /// Index of refraction.
+    pub eta: f64,
+    /// Eccentricity a, 1 = circular.
+    pub eccentricity: f64,
+    /// Absorption per fibre radius, rgb.
+    pub sigma_a: [f64; 3],
+    /// Cuticle tilt of R, TT, TRT.
+    pub alpha: [f64; 3],
+    /// Standard deviation in theta_h of R, TT, TRT.
+    pub beta: [f64; 3],
+    /// Azimuthal bandwidth w_c of TRT.
+    pub azimuthal_width: f64,
+    /// Inclination of the view.
+    pub theta_o: f64,
+    /// Azimuth of the view.
+    pub phi_o: f64,
+    /// Inclination of the light's centre.
+    pub theta_j: f64,
+    /// Azimuth of the light's centre.
+    pub phi_j: f64,
+    /// Bandwidth of the light.
+    pub lambda_j: f64,
+    /// Bandwidth in theta_i of forward-scattered light.
+    pub sigma_f: f64,
+}
+
+/// What the shaders answer; lobes in the order R, TT, TRT, then rgb.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProbeResult {
+    /// Single scattering of the light.
+    pub single: [[f64; 3]; 3],
+    /// Global multiple scattering (Xu 2011, Eq 27).
+    pub global: [[f64; 3]; 3],
+    /// Single scattering of a uniform environment of radiance 1.
+    pub uniform_light: [[f64; 3]; 3],
+    /// Share scattered forward at inclination theta_j, rgb.
+    pub a_f: [f64; 3],
+    /// Share scattered backward, rgb.
+    pub a_b: [f64; 3],
+    /// Mean tilt of what goes forward and backward, rgb.
+    pub alpha: [[f64; 3]; 2],
+    /// Root mean squared width of what goes forward and backward, rgb.
+    pub beta: [[f64; 3]; 2],
+    /// Backward share of a cluster (Zinke 2008, one and three backward events), rgb.
+    pub a_bar_b: [f64; 3],
+}
+
+/// `ProbeCase` of `shaders/pass/probe.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct GpuCase {
+    sigma_a: [f32; 3],
+    eta: f32,
+    alpha: [f32; 3],
+    eccentricity: f32,
+    beta: [f32; 3],
+    azimuthal_width: f32,
+    theta_o: f32,
+    phi_o: f32,
+    theta_j: f32,
+    phi_j: f32,
+    lambda_j: f32,
+    sigma_f: f32,
+    padding: [f32; 2],
+}
+
+/// `ProbeResult` of `shaders/pass/probe.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct GpuResult {
+    single: [[f32; 4]; 3],
+    global: [[f32; 4]; 3],
+    uniform_light: [[f32; 4]; 3],
+    averages: [[f32; 6]; 3],
+    padding: [f32; 2],
+}
+
+impl From<&ProbeCase> for GpuCase {
+    fn from(c: &ProbeCase) -> Self {
+        let three = |v: [f64; 3]| v.map(|x| x as f32);
+        Self {
+            sigma_a: three(c.sigma_a),
+            eta: c.eta as f32,
+            alpha: three(c.alpha),
+            eccentricity: c.eccentricity as f32,
+            beta: three(c.beta),
+            azimuthal_width: c.azimuthal_width as f32,
+            theta_o: c.theta_o as f32,
+            phi_o: c.phi_o as f32,
+            theta_j: c.theta_j as f32,
+            phi_j: c.phi_j as f32,
+            lambda_j: c.lambda_j as f32,
+            sigma_f: c.sigma_f as f32,
+            padding: [0.0; 2],
+        }
+    }
+}
+
+impl From<&GpuResult> for ProbeResult {
+    fn from(r: &GpuResult) -> Self {
+        let lobes = |v: &[[f32; 4]; 3]| v.map(|t| [f64::from(t[0]), f64::from(t[1]), f64::from(t[2])]);
+        let average = |field: usize| std::array::from_fn(|channel| f64::from(r.averages[channel][field]));
+        let (a_f, a_b): ([f64; 3], [f64; 3]) = (average(0), average(1));
+        Self {
+            single: lobes(&r.single),
+            global: lobes(&r.global),
+            uniform_light: lobes(&r.uniform_light),
+            a_f,
+            a_b,
+            alpha: [average(2), average(3)],
+            beta: [average(4), average(5)],
+            a_bar_b: std::array::from_fn(|channel| backward_of_cluster(a_f[channel], a_b[channel])),
+        }
+    }
+}
+
+/// Zinke 2008, Eq 14 to 16: paths with one and with three backward events, shares clamped to 0.99.
+fn backward_of_cluster(a_f: f64, a_b: f64) -> f64 {
+    let forward = a_f.min(0.99).powi(2);
+    let once_more = 1.0 - forward;
+    a_b * forward / once_more + a_b.powi(3) * forward / once_more.powi(3)
+}
+
+/// Evaluates all cases in one dispatch.
+///
+/// # Errors
+/// [`GpuError`] when the shader is refused, the cases exceed a buffer, or the device is lost.
+pub fn run(
+    gpu: &Gpu,
+    cases: &[ProbeCase],
+    quality: Quality,
+    scheme: Scheme,
+) -> Result<Vec<ProbeResult>, GpuError> {
+    let Scheme::Nodes = scheme;
+    if cases.is_empty() {
+        return Ok(Vec::new());
+    }
+    let kernel = Kernel::new(gpu, "pass/probe.wgsl", &[("quality", f64::from(quality as u8))])?;
+    let tables = gpu.storage_of("scattering tables", &scattering_tables())?;
+    let packed: Vec<GpuCase> = cases.iter().map(GpuCase::from).collect();
+    let inputs = gpu.storage_of("probe cases", &packed)?;
+    let outputs = gpu.storage("probe results", (cases.len() * size_of::<GpuResult>()) as u64)?;
+    let bindings = kernel.bind(gpu, &[(0, &tables), (1, &inputs), (2, &outputs)]);
+    kernel.run(gpu, &bindings, cases.len() as u32);
+    Ok(gpu
+        .read::<GpuResult>(&outputs, cases.len())?
+        .iter()
+        .map(ProbeResult::from)
+        .collect())
+}

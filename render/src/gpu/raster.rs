@@ -1,0 +1,256 @@
+//! Strand drawing: fragments of every segment, listed per pixel, composed nearest first with exact sub-pixel coverage.
+//!
+//! A compute rasterizer: in software it is several times faster than hardware ribbons (1.3 us a triangle there), and its result
+//! does not depend on the order of strands.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::camera::CameraUniform;
+use super::head::HeadTarget;
+use super::strands::StrandBuffers;
+use super::{Gpu, GpuError, Kernel};
+
+/// Bytes of a fragment, `FRAGMENT_WORDS` in `shaders/lib/fragment.wgsl`.
+const FRAGMENT_BYTES: u64 = 12;
+
+/// What resolve needs besides the camera; layout of `ResolveUniform` in `shaders/pass/resolve.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct ResolveUniform {
+    /// Camera to world space.
+    pub world_from_view: [[f32; 4]; 4],
+    /// Weight of this camera sample in the picture.
+    pub weight: f32,
+    /// 1 where a head was drawn.
+    pub has_head: u32,
+    /// 1 where the environment is shown behind the hair.
+    pub has_background: u32,
+    /// Rotation of the environment about y, radians.
+    pub background_turn_rad: f32,
+    /// Factor on the environment's radiance.
+    pub background_scale: f32,
+    /// Alignment.
+    pub pad: u32,
+    /// Width and height of the environment map, pixels.
+    pub background_size: [u32; 2],
+}
+
+/// Buffers of the size of a picture.
+pub struct PictureBuffers {
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// Premultiplied scene-linear RGBA of the whole picture.
+    pub picture: wgpu::Buffer,
+    /// Depth bits and segment + 1 of the strand that is seen, 0 where none is.
+    pub picks: wgpu::Buffer,
+    counts: wgpu::Buffer,
+    offsets: wgpu::Buffer,
+}
+
+impl PictureBuffers {
+    /// Buffers for `size` pixels.
+    ///
+    /// # Errors
+    /// [`GpuError::TooLarge`].
+    pub fn new(gpu: &Gpu, size: [u32; 2]) -> Result<Self, GpuError> {
+        let pixels = u64::from(size[0]) * u64::from(size[1]);
+        Ok(Self {
+            size,
+            picture: gpu.storage("picture", 16 * pixels)?,
+            picks: gpu.storage("picks", 8 * pixels)?,
+            counts: gpu.storage("fragment counts", 4 * pixels)?,
+            offsets: gpu.storage("fragment offsets", 4 * pixels)?,
+        })
+    }
+}
+
+/// The passes of strand drawing.
+pub struct Raster {
+    count: Kernel,
+    store: Kernel,
+    alloc: Kernel,
+    resolve: Kernel,
+    total: wgpu::Buffer,
+    fragments: wgpu::Buffer,
+    capacity: u64,
+    /// Camera whose fragments of the whole picture the buffer holds, and how many.
+    binned: Option<(CameraUniform, u64)>,
+}
+
+impl Raster {
+    /// Compiles the passes.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`].
+    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        Ok(Self {
+            count: Kernel::new(gpu, "pass/strand_bin.wgsl", &[("STORE", 0.0)])?,
+            store: Kernel::new(gpu, "pass/strand_bin.wgsl", &[("STORE", 1.0)])?,
+            alloc: Kernel::new(gpu, "pass/strand_alloc.wgsl", &[])?,
+            resolve: Kernel::new(gpu, "pass/resolve.wgsl", &[])?,
+            total: gpu.storage("fragment total", 4)?,
+            fragments: gpu.storage("fragments", FRAGMENT_BYTES)?,
+            capacity: 1,
+            binned: None,
+        })
+    }
+
+    /// The strands changed: fragments of earlier frames are worth nothing.
+    pub fn forget(&mut self) {
+        self.binned = None;
+    }
+
+    /// Adds one camera sample to the picture and returns the number of fragments that were made.
+    ///
+    /// Where the fragments of the whole picture exceed what the adapter binds, the picture is drawn in bands of rows. Fragments
+    /// of the frame before are used again while camera and strands stay (0 are made then).
+    ///
+    /// # Errors
+    /// [`GpuError::TooLarge`] when one row alone is too much, [`GpuError::Lost`].
+    pub fn draw(
+        &mut self,
+        gpu: &Gpu,
+        camera: &CameraUniform,
+        resolve: &ResolveUniform,
+        inputs: &ResolveInputs<'_>,
+    ) -> Result<u64, GpuError> {
+        if self.binned.is_some_and(|(binned, _)| binned == *camera) {
+            self.resolve_band(gpu, camera, resolve, inputs);
+            return Ok(0);
+        }
+        self.binned = None;
+        let limits = gpu.device.limits();
+        let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) / FRAGMENT_BYTES;
+        let mut bands = vec![(0, camera.size[1])];
+        let mut made = 0;
+        while let Some((first_row, end_row)) = bands.pop() {
+            let band = CameraUniform {
+                first_row,
+                end_row,
+                ..*camera
+            };
+            let needed = self.count_fragments(gpu, &band, inputs)?;
+            if needed > limit {
+                if end_row - first_row < 2 {
+                    return Err(GpuError::TooLarge {
+                        what: format!("the strand fragments of picture row {first_row}"),
+                        needed: needed * FRAGMENT_BYTES,
+                        limit: limit * FRAGMENT_BYTES,
+                    });
+                }
+                let middle = first_row.midpoint(end_row);
+                bands.extend([(first_row, middle), (middle, end_row)]);
+                continue;
+            }
+            if needed > self.capacity {
+                // A little room to grow, so that a slowly moving camera does not allocate every frame.
+                self.capacity = (needed + needed / 4).min(limit);
+                self.fragments = gpu.storage("fragments", self.capacity * FRAGMENT_BYTES)?;
+            }
+            self.bin(gpu, &self.store, &band, inputs);
+            self.resolve_band(gpu, &band, resolve, inputs);
+            if end_row - first_row == camera.size[1] {
+                self.binned = Some((*camera, needed));
+            }
+            made += needed;
+        }
+        Ok(made)
+    }
+
+    fn count_fragments(
+        &self,
+        gpu: &Gpu,
+        band: &CameraUniform,
+        inputs: &ResolveInputs<'_>,
+    ) -> Result<u64, GpuError> {
+        let target = inputs.target;
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        encoder.clear_buffer(&target.counts, 0, None);
+        encoder.clear_buffer(&self.total, 0, None);
+        gpu.queue.submit([encoder.finish()]);
+        self.bin(gpu, &self.count, band, inputs);
+        let pixels = (band.end_row - band.first_row) * band.size[0];
+        let pixel_count = gpu.uniform_of("pixel count", &[pixels, 0, 0, 0]);
+        let alloc = self.alloc.bind(
+            gpu,
+            &[
+                (0, &pixel_count),
+                (1, &target.counts),
+                (2, &target.offsets),
+                (3, &self.total),
+            ],
+        );
+        self.alloc.run(gpu, &alloc, pixels);
+        Ok(u64::from(gpu.read::<u32>(&self.total, 1)?[0]))
+    }
+
+    fn bin(&self, gpu: &Gpu, kernel: &Kernel, band: &CameraUniform, inputs: &ResolveInputs<'_>) {
+        let camera = gpu.uniform_of("camera", band);
+        let bound = kernel.bind(
+            gpu,
+            &[
+                (0, &camera),
+                (1, &inputs.strands.vertices),
+                (2, &inputs.strands.segments),
+                (3, &inputs.target.counts),
+                (4, &inputs.target.offsets),
+                (5, &self.fragments),
+            ],
+        );
+        kernel.run(gpu, &bound, inputs.strands.segment_count);
+    }
+
+    fn resolve_band(
+        &self,
+        gpu: &Gpu,
+        band: &CameraUniform,
+        resolve: &ResolveUniform,
+        inputs: &ResolveInputs<'_>,
+    ) {
+        let camera = gpu.uniform_of("camera", band);
+        let resolve = gpu.uniform_of("resolve", resolve);
+        let [colour, depth] =
+            [&inputs.head.colour, &inputs.head.depth].map(|t| t.create_view(&Default::default()));
+        let buffer = |binding, b: &'_ wgpu::Buffer| (binding, b.clone());
+        let buffers = [
+            buffer(0, &camera),
+            buffer(1, &resolve),
+            buffer(2, &inputs.strands.segments),
+            buffer(3, &inputs.target.counts),
+            buffer(4, &inputs.target.offsets),
+            buffer(5, &self.fragments),
+            buffer(6, &inputs.strands.radiance),
+            buffer(9, inputs.background),
+            buffer(10, &inputs.target.picture),
+            buffer(11, &inputs.target.picks),
+        ];
+        let mut entries: Vec<_> = buffers
+            .iter()
+            .map(|(binding, b)| wgpu::BindGroupEntry {
+                binding: *binding,
+                resource: b.as_entire_binding(),
+            })
+            .collect();
+        for (binding, view) in [(7, &colour), (8, &depth)] {
+            entries.push(wgpu::BindGroupEntry {
+                binding,
+                resource: wgpu::BindingResource::TextureView(view),
+            });
+        }
+        let bound = self.resolve.bind_entries(gpu, &entries);
+        self.resolve
+            .run(gpu, &bound, (band.end_row - band.first_row) * band.size[0]);
+    }
+}
+
+/// What drawing reads and writes.
+pub struct ResolveInputs<'a> {
+    /// The strands with their radiance.
+    pub strands: &'a StrandBuffers,
+    /// The head's sub-samples (1 x 1 where there is no head).
+    pub head: &'a HeadTarget,
+    /// Pixels of the environment map, vec4 each (any buffer where it is not shown).
+    pub background: &'a wgpu::Buffer,
+    /// The picture.
+    pub target: &'a PictureBuffers,
+}

@@ -1,0 +1,94 @@
+//! The refined strands on the GPU.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{Gpu, GpuError};
+use crate::groom::RefinedGroom;
+
+/// Layout of `RefinedVertex` in `shaders/lib/refined.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct RefinedVertex {
+    /// World position, groom units.
+    pub position: [f32; 3],
+    /// Fibre diameter, groom units.
+    pub diameter: f32,
+    /// Unit tangent, root to tip.
+    pub tangent: [f32; 3],
+    /// Place between `source_point` and the next groom point, in [0, 1].
+    pub source_fraction: f32,
+    /// Unit normal v, rotation-minimizing along the strand.
+    pub normal: [f32; 3],
+    /// Groom point before this vertex; the next one belongs to the same strand.
+    pub source_point: u32,
+}
+
+/// Layout of `Segment` in `shaders/lib/refined.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Segment {
+    /// First refined vertex; the second one follows it.
+    pub vertex: u32,
+    /// Strand that it belongs to.
+    pub strand: u32,
+}
+
+/// Vertices, segments and the radiance that shading leaves on the vertices.
+pub struct StrandBuffers {
+    /// [`RefinedVertex`] each.
+    pub vertices: wgpu::Buffer,
+    /// [`Segment`] each.
+    pub segments: wgpu::Buffer,
+    /// Scene-linear radiance, vec4 a vertex.
+    pub radiance: wgpu::Buffer,
+    /// Number of vertices.
+    pub vertex_count: u32,
+    /// Number of segments.
+    pub segment_count: u32,
+}
+
+impl StrandBuffers {
+    /// Uploads `groom`.
+    ///
+    /// # Errors
+    /// [`GpuError::TooLarge`].
+    pub fn new(gpu: &Gpu, groom: &RefinedGroom) -> Result<Self, GpuError> {
+        let first_point = groom.first_point();
+        let mut vertices = Vec::with_capacity(groom.positions().len());
+        let mut segments = Vec::with_capacity(vertices.capacity());
+        for (strand, ends) in first_point.windows(2).enumerate() {
+            for i in ends[0]..ends[1] {
+                let k = i as usize;
+                vertices.push(RefinedVertex {
+                    position: groom.positions()[k].to_array(),
+                    diameter: groom.diameters()[k],
+                    tangent: groom.tangents()[k].to_array(),
+                    source_fraction: groom.source_fraction()[k],
+                    normal: groom.normals()[k].to_array(),
+                    source_point: groom.source_point()[k],
+                });
+                if i + 1 < ends[1] {
+                    segments.push(Segment {
+                        vertex: i,
+                        strand: strand as u32,
+                    });
+                }
+            }
+        }
+        Self::from_parts(gpu, &vertices, &segments)
+    }
+
+    /// Uploads vertices and segments as they are.
+    ///
+    /// # Errors
+    /// [`GpuError::TooLarge`].
+    pub fn from_parts(gpu: &Gpu, vertices: &[RefinedVertex], segments: &[Segment]) -> Result<Self, GpuError> {
+        Ok(Self {
+            vertices: gpu.storage_of("refined vertices", vertices)?,
+            segments: gpu.storage_of("segments", segments)?,
+            radiance: gpu.storage("strand radiance", 16 * vertices.len() as u64)?,
+            vertex_count: vertices.len() as u32,
+            segment_count: segments.len() as u32,
+        })
+    }
+}

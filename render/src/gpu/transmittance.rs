@@ -1,0 +1,424 @@
+//! Visibility and path sums per (point, light): uploads the density volume, runs the marches, keeps what is not stale.
+//!
+//! Passes, in order: `averages` (table of what one fibre does), `density_paint` (losses per voxel), `transmittance_visibility`,
+//! `transmittance_path`. Visibility depends on geometry and lights; the path sums on paint as well.
+
+use std::ops::Range;
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{Gpu, GpuError, Kernel};
+use crate::gpu::tables::scattering_tables;
+use crate::light::SrbfLight;
+use crate::param::{LobeRatios, VertexParams};
+use crate::volume::lobe::{LobeDirection, LobeLight, lobe_tables};
+use crate::volume::{DensityVolume, Grid, Occluder, Strands, VolumeSettings};
+
+/// Bytes of a visibility record: a, b of T(w) = a + b . (w - A w_j) as four half floats.
+pub const VISIBILITY_BYTES: u64 = 8;
+
+/// Bytes of a path record: T_f rgb, spread, 2 sum k rgb, n as eight half floats.
+pub const PATH_BYTES: u64 = 16;
+
+/// Nodes of the table of averages: 32 absorptions times 64 inclinations.
+const AVERAGES_NODES: u32 = 32 * 64;
+
+/// Entries of the table of averages: two per node of `shaders/lib/averages_table.wgsl`, one per absorption after them.
+pub const AVERAGES_ENTRIES: usize = 2 * AVERAGES_NODES as usize + 32;
+
+/// Records of consecutive lights, light-major: the record of light `j` at point `i` is number `(j - lights.start) * point_count + i`.
+pub struct LightBatch {
+    /// The lights of the batch.
+    pub lights: Range<u32>,
+    /// [`VISIBILITY_BYTES`] per record.
+    pub visibility: wgpu::Buffer,
+    /// [`PATH_BYTES`] per record.
+    pub path: wgpu::Buffer,
+}
+
+/// Size of a density volume, for reports.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct VolumeReport {
+    /// Edge of a voxel, groom's unit.
+    pub voxel_size: f32,
+    /// Voxels along each axis, stored or not.
+    pub voxels: [u32; 3],
+    /// Voxels that are stored.
+    pub stored_voxels: u32,
+    /// Fibre parts in voxels.
+    pub shares: usize,
+    /// GPU bytes of all of the volume's buffers.
+    pub bytes: u64,
+}
+
+/// What one [`Transmittance::update`] did: zeros where nothing was stale.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TransmittanceReport {
+    /// Voxels whose losses were computed again.
+    pub painted_voxels: u64,
+    /// Rays marched for visibility.
+    pub visibility_rays: u64,
+    /// Rays marched for path sums.
+    pub path_rays: u64,
+}
+
+/// The volume on the GPU.
+struct VolumeBuffers {
+    grid: wgpu::Buffer,
+    bricks: wgpu::Buffer,
+    density: wgpu::Buffer,
+    first_share: wgpu::Buffer,
+    shares: wgpu::Buffer,
+    forward: wgpu::Buffer,
+    behind: wgpu::Buffer,
+    points: wgpu::Buffer,
+    point_ends: wgpu::Buffer,
+    point_count: u32,
+    stored_voxels: u32,
+}
+
+/// The lights on the GPU.
+struct LightBuffers {
+    frames: Vec<LobeLight>,
+    lights: wgpu::Buffer,
+    directions: wgpu::Buffer,
+}
+
+/// Uniform of the marches, same layout as `LightRun` in the passes.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct LightRun {
+    point_count: u32,
+    light: u32,
+    first_record: u32,
+    padding: u32,
+}
+
+/// The fibre whose averages stand for the whole groom, whatever its absorption; same layout as `Fibre` in `shaders/lib/fibre.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct MeanFibre {
+    /// Not read: the table runs over absorption.
+    sigma_a: [f32; 3],
+    /// Index of refraction.
+    pub eta: f32,
+    /// Tilt of R, TT, TRT, radians.
+    pub alpha: [f32; 3],
+    /// Not read: the averages are a circular fibre's.
+    eccentricity: f32,
+    /// Standard deviation of R, TT, TRT in theta_h, radians.
+    pub beta: [f32; 3],
+    /// Azimuthal bandwidth w_c, radians.
+    pub azimuthal_width: f32,
+}
+
+impl MeanFibre {
+    /// Mean of all points' parameters; of the default parameters where there are none. beta is the root of the mean of beta^2.
+    pub fn of(params: &[VertexParams], ratios: &LobeRatios) -> Self {
+        let count = params.len().max(1) as f64;
+        let mean = |value: fn(&VertexParams) -> f64| params.iter().map(value).sum::<f64>() / count;
+        let alpha = mean(|p| f64::from(p.alpha_rad)) as f32;
+        let beta = mean(|p| f64::from(p.beta_rad).powi(2)).sqrt() as f32;
+        Self {
+            sigma_a: [0.0; 3],
+            eta: mean(|p| f64::from(p.eta)) as f32,
+            alpha: [alpha, alpha * ratios.alpha_tt, alpha * ratios.alpha_trt],
+            eccentricity: 1.0,
+            beta: [beta, beta * ratios.beta_tt, beta * ratios.beta_trt],
+            azimuthal_width: mean(|p| f64::from(p.azimuthal_width)) as f32,
+        }
+    }
+}
+
+/// What has to run again.
+#[derive(Clone, Copy, Default)]
+struct Stale {
+    averages: bool,
+    paint: bool,
+    visibility: bool,
+    path: bool,
+}
+
+/// The transmittance of a groom under its lights.
+pub struct Transmittance {
+    density_paint: Kernel,
+    visibility: Kernel,
+    path: Kernel,
+    averages_pass: Kernel,
+    averages: wgpu::Buffer,
+    tables: wgpu::Buffer,
+    fibre: Option<MeanFibre>,
+    volume: Option<VolumeBuffers>,
+    params: Option<wgpu::Buffer>,
+    lights: Option<LightBuffers>,
+    batches: Vec<LightBatch>,
+    stale: Stale,
+}
+
+impl Transmittance {
+    /// Compiles the passes.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`] where a shader does not compile.
+    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        Ok(Self {
+            density_paint: Kernel::new(gpu, "pass/density_paint.wgsl", &[])?,
+            visibility: Kernel::new(gpu, "pass/transmittance_visibility.wgsl", &[])?,
+            path: Kernel::new(gpu, "pass/transmittance_path.wgsl", &[])?,
+            averages_pass: Kernel::new(gpu, "pass/averages.wgsl", &[])?,
+            tables: gpu.storage_of("scattering tables", &scattering_tables())?,
+            fibre: None,
+            averages: gpu.storage(
+                "averages table",
+                (AVERAGES_ENTRIES * size_of::<[f32; 4]>()) as u64,
+            )?,
+            volume: None,
+            params: None,
+            lights: None,
+            batches: Vec::new(),
+            stale: Stale::default(),
+        })
+    }
+
+    /// Takes new strands (and an occluder) and builds their volume. The records' points are the strands' points.
+    ///
+    /// # Errors
+    /// [`GpuError::TooLarge`] where a table exceeds what the adapter binds.
+    pub fn set_strands(
+        &mut self,
+        gpu: &Gpu,
+        strands: &Strands<'_>,
+        occluder: Option<&Occluder<'_>>,
+        settings: &VolumeSettings,
+    ) -> Result<VolumeReport, GpuError> {
+        let volume = DensityVolume::build(strands, occluder, settings);
+        let buffers = VolumeBuffers::upload(gpu, &volume, strands)?;
+        let bytes = volume.bytes() as u64
+            + 32 * u64::from(volume.grid.stored_voxels)
+            + buffers.points.size()
+            + buffers.point_ends.size();
+        self.volume = Some(buffers);
+        self.batches.clear();
+        self.stale = Stale {
+            paint: true,
+            visibility: true,
+            path: true,
+            ..self.stale
+        };
+        Ok(VolumeReport {
+            voxel_size: volume.grid.voxel_size,
+            voxels: volume.grid.voxels().to_array(),
+            stored_voxels: volume.grid.stored_voxels,
+            shares: volume.shares.len(),
+            bytes,
+        })
+    }
+
+    /// Takes the painted parameters, one `VertexParams` per point, and their mean; call it again after every change of the
+    /// buffer's content.
+    pub fn set_params(&mut self, params: &wgpu::Buffer, mean: MeanFibre) {
+        self.params = Some(params.clone());
+        self.stale.averages |= self.fibre != Some(mean);
+        self.fibre = Some(mean);
+        self.stale.paint = true;
+        self.stale.path = true;
+    }
+
+    /// Takes new lights.
+    ///
+    /// # Errors
+    /// [`GpuError::TooLarge`] where their table exceeds what the adapter binds.
+    pub fn set_lights(&mut self, gpu: &Gpu, lights: &[SrbfLight]) -> Result<(), GpuError> {
+        let (frames, directions) = lobe_tables(lights);
+        self.lights = Some(LightBuffers {
+            lights: gpu.storage_of("lobe lights", &frames)?,
+            directions: gpu.storage_of::<LobeDirection>("lobe directions", &directions)?,
+            frames,
+        });
+        self.stale.visibility = true;
+        self.stale.path = true;
+        Ok(())
+    }
+
+    /// Runs what is stale, as far as strands, parameters and lights are there.
+    ///
+    /// # Errors
+    /// [`GpuError::TooLarge`] where the records of one light exceed what the adapter binds.
+    pub fn update(&mut self, gpu: &Gpu) -> Result<TransmittanceReport, GpuError> {
+        let mut report = TransmittanceReport::default();
+        let Some(volume) = &self.volume else {
+            return Ok(report);
+        };
+
+        if let (true, Some(fibre)) = (self.stale.averages, &self.fibre) {
+            let fibre = gpu.uniform_of("mean fibre", fibre);
+            let bindings = self
+                .averages_pass
+                .bind(gpu, &[(0, &self.tables), (1, &fibre), (2, &self.averages)]);
+            self.averages_pass.run(gpu, &bindings, AVERAGES_NODES);
+            self.stale.averages = false;
+        }
+        if let (true, Some(params)) = (self.stale.paint, &self.params) {
+            self.run_paint(gpu, volume, params);
+            report.painted_voxels = u64::from(volume.stored_voxels);
+            self.stale.paint = false;
+        }
+        let Some(lights) = &self.lights else {
+            return Ok(report);
+        };
+
+        let light_count = lights.frames.len() as u32;
+        if self.batches.last().map_or(0, |batch| batch.lights.end) != light_count {
+            self.batches = allocate_batches(gpu, volume.point_count, light_count)?;
+        }
+        let rays = |count: fn(&LobeLight) -> u32| {
+            lights.frames.iter().map(|l| u64::from(count(l))).sum::<u64>() * u64::from(volume.point_count)
+        };
+        if self.stale.visibility {
+            self.march_lights(gpu, volume, lights, Records::Visibility);
+            report.visibility_rays = rays(|light| light.visibility_count);
+            self.stale.visibility = false;
+        }
+        if self.stale.path && self.params.is_some() {
+            self.march_lights(gpu, volume, lights, Records::Path);
+            report.path_rays = rays(|light| light.path_count + 1);
+            self.stale.path = false;
+        }
+        Ok(report)
+    }
+
+    /// The records, batch after batch.
+    pub fn batches(&self) -> &[LightBatch] {
+        &self.batches
+    }
+
+    /// Frames of the lights (`LobeLight`), as the marches read them.
+    pub fn light_buffer(&self) -> Option<&wgpu::Buffer> {
+        self.lights.as_ref().map(|lights| &lights.lights)
+    }
+
+    /// Directions of the lights (`LobeDirection`), as the marches read them.
+    pub fn direction_buffer(&self) -> Option<&wgpu::Buffer> {
+        self.lights.as_ref().map(|lights| &lights.directions)
+    }
+
+    /// The table that `shaders/lib/averages_table.wgsl` looks up: [`AVERAGES_ENTRIES`] times four floats.
+    pub fn averages_table(&self) -> &wgpu::Buffer {
+        &self.averages
+    }
+
+    /// Uniform `VolumeGrid`, brick table and densities, for other passes that march (`shaders/lib/volume.wgsl`).
+    pub fn volume_buffers(&self) -> Option<[&wgpu::Buffer; 3]> {
+        self.volume
+            .as_ref()
+            .map(|volume| [&volume.grid, &volume.bricks, &volume.density])
+    }
+
+    fn run_paint(&self, gpu: &Gpu, volume: &VolumeBuffers, params: &wgpu::Buffer) {
+        let buffers = [
+            (0, &volume.first_share),
+            (1, &volume.shares),
+            (2, params),
+            (3, &self.averages),
+            (4, &volume.forward),
+            (5, &volume.behind),
+        ];
+        self.density_paint
+            .run(gpu, &self.density_paint.bind(gpu, &buffers), volume.stored_voxels);
+    }
+
+    /// One submission per light, so that a slow adapter stays responsive between them.
+    fn march_lights(&self, gpu: &Gpu, volume: &VolumeBuffers, lights: &LightBuffers, records: Records) {
+        for batch in &self.batches {
+            for light in batch.lights.clone() {
+                let run = LightRun {
+                    point_count: volume.point_count,
+                    light,
+                    first_record: (light - batch.lights.start) * volume.point_count,
+                    padding: 0,
+                };
+                let run = gpu.uniform_of("light run", &run);
+                let common = [
+                    (0, &volume.grid),
+                    (1, &volume.bricks),
+                    (2, &volume.density),
+                    (3, &volume.points),
+                    (4, &volume.point_ends),
+                    (5, &lights.lights),
+                    (6, &lights.directions),
+                    (7, &run),
+                ];
+                let (kernel, own): (_, &[(u32, &wgpu::Buffer)]) = match records {
+                    Records::Visibility => (&self.visibility, &[(8, &batch.visibility)]),
+                    Records::Path => (
+                        &self.path,
+                        &[(8, &volume.forward), (9, &volume.behind), (10, &batch.path)],
+                    ),
+                };
+                let bindings = kernel.bind(gpu, &[&common, own].concat());
+                kernel.run(gpu, &bindings, volume.point_count);
+            }
+        }
+    }
+}
+
+/// Which of the two records a march writes.
+#[derive(Clone, Copy)]
+enum Records {
+    Visibility,
+    Path,
+}
+
+impl VolumeBuffers {
+    fn upload(gpu: &Gpu, volume: &DensityVolume, strands: &Strands<'_>) -> Result<Self, GpuError> {
+        let grid: Grid = volume.grid;
+        let paint_bytes = 16 * u64::from(grid.stored_voxels);
+        let points: Vec<[f32; 4]> = strands
+            .positions
+            .iter()
+            .zip(strands.diameters)
+            .map(|(position, diameter)| {
+                let p = grid.grid_from_world(*position).as_vec3();
+                [p.x, p.y, p.z, diameter / grid.voxel_size]
+            })
+            .collect();
+        let mut ends = vec![0_u32; points.len()];
+        for strand in (0..strands.strand_count()).map(|strand| strands.strand(strand)) {
+            ends[strand.start] |= 1;
+            ends[strand.end - 1] |= 2;
+        }
+        Ok(Self {
+            grid: gpu.uniform_of("volume grid", &grid),
+            bricks: gpu.storage_of("volume bricks", &volume.bricks)?,
+            density: gpu.storage_of("volume density", &volume.density)?,
+            first_share: gpu.storage_of("voxel shares' ends", &volume.first_share)?,
+            shares: gpu.storage_of("voxel shares", &volume.shares)?,
+            forward: gpu.storage("voxel forward losses", paint_bytes)?,
+            behind: gpu.storage("voxel decay", paint_bytes)?,
+            points: gpu.storage_of("points in grid space", &points)?,
+            point_ends: gpu.storage_of("strand ends", &ends)?,
+            point_count: points.len() as u32,
+            stored_voxels: grid.stored_voxels,
+        })
+    }
+}
+
+/// As many lights a batch as the adapter's limits allow.
+fn allocate_batches(gpu: &Gpu, point_count: u32, light_count: u32) -> Result<Vec<LightBatch>, GpuError> {
+    let limits = gpu.device.limits();
+    let limit = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
+    let per_light = PATH_BYTES * u64::from(point_count).max(1);
+    let lights_per_batch = (limit / per_light).clamp(1, u64::from(light_count.max(1))) as usize;
+    (0..light_count)
+        .step_by(lights_per_batch)
+        .map(|first| {
+            let lights = first..(first + lights_per_batch as u32).min(light_count);
+            let records = lights.len() as u64 * u64::from(point_count);
+            Ok(LightBatch {
+                lights,
+                visibility: gpu.storage("visibility records", VISIBILITY_BYTES * records)?,
+                path: gpu.storage("path records", PATH_BYTES * records)?,
+            })
+        })
+        .collect()
+}

@@ -1,0 +1,51 @@
+//!use lib/longitudinal.wgsl
+//!use lib/paths.wgsl
+// Forward and backward averages of one fibre's scattering (Xu 2011, Eq 32 with true cosines), unsmoothed circular fibre.
+
+struct Averages {
+    a_f: f32,        // share scattered forward
+    a_b: f32,        // share scattered backward
+    alpha_f: f32,    // mean tilt, radians
+    alpha_b: f32,
+    beta_f: f32,     // root of the mean of beta^2, radians
+    beta_b: f32,
+}
+
+const AVERAGE_OUTER: u32 = 6u;
+const AVERAGE_GAMMA: u32 = 16u;
+
+// `sigma_a` of one colour channel, `theta` the inclination of the light. The forward weight of an azimuth difference phi is
+// abs(phi)/pi, the backward weight 1 - abs(phi)/pi (the printed integral of Eq 33 is the backward one).
+fn scattering_averages(f: Fibre, sigma_a: f32, theta: f32) -> Averages {
+    let theta_i = guarded(theta, -HALF_PI, HALF_PI, 0.0);
+    let sigma = vec3f(guarded(sigma_a, 0.0, 1e4, 0.0));
+    var shares = array<vec2f, 3>(vec2f(0.0), vec2f(0.0), vec2f(0.0));
+    for (var t = 0u; t < 3u; t++) {
+        let mean = 2.0 * f.alpha[t] - theta_i;
+        let g = product_gaussian(mean, f.beta[t], theta_i, 0.0, 0.0);
+        for (var k = 0u; k < AVERAGE_OUTER; k++) {
+            let node = outer_node(g, AVERAGE_OUTER, k, mean, f.beta[t], theta_i, 0.0, 0.0, false);
+            let r = refraction(f.eta, node.cos_theta_d);
+            var split = vec2f(0.0);
+            for (var j = 0u; j < AVERAGE_GAMMA; j++) {
+                let ray = gamma_node(AVERAGE_GAMMA, j);
+                let path = path_at(r, sigma, t, ray.x, ray.y);
+                let forward = abs(wrapped(path.azimuth)) / PI;
+                split += 2.0 * ray.z * path.energy.x * vec2f(forward, 1.0 - forward);
+            }
+            // The node's weight holds cos^2 of the integration angle; Eq 32 has one cosine of either end.
+            shares[t] += node.weight * cos(theta_i) / max(node.cos_theta_i, 1e-6) * split;
+        }
+    }
+    let total = shares[0] + shares[1] + shares[2];
+    var tilt = vec2f(0.0);
+    var variance = vec2f(0.0);
+    for (var t = 0u; t < 3u; t++) {
+        tilt += shares[t] * f.alpha[t];
+        variance += shares[t] * f.beta[t] * f.beta[t];
+    }
+    let safe = max(total, vec2f(1e-20));
+    let clamped = min(total, vec2f(1.0));
+    let beta = sqrt(variance / safe);
+    return Averages(clamped.x, clamped.y, tilt.x / safe.x, tilt.y / safe.y, beta.x, beta.y);
+}

@@ -1,0 +1,40 @@
+// Node counts per quality level: 0 draft, 1 standard, 2 high.
+
+override quality: u32 = 1u;
+
+// Above this product of the light's concentration and TT's span, TT is read off at azimuths; below it is summed over gamma.
+const TT_NARROW: f32 = 5.0;
+
+// Outer nodes of R, TT, TRT.
+fn outer_counts() -> vec3u {
+    switch quality {
+        case 0u: { return vec3u(3u, 2u, 2u); }
+        case 1u: { return vec3u(4u, 2u, 2u); }
+        default: { return vec3u(6u, 4u, 5u); }
+    }
+}
+
+fn tt_gamma_count() -> u32 {
+    switch quality {
+        case 0u: { return 4u; }
+        case 1u: { return 5u; }
+        default: { return 8u; }
+    }
+}
+
+fn trt_gamma_count() -> u32 {
+    switch quality {
+        case 0u: { return 3u; }
+        case 1u: { return 4u; }
+        default: { return 8u; }
+    }
+}
+
+// Outer nodes and gamma nodes of the global term.
+fn global_counts() -> vec2u {
+    switch quality {
+        case 0u: { return vec2u(2u, 6u); }
+        case 1u: { return vec2u(3u, 8u); }
+        default: { return vec2u(5u, 16u); }
+    }
+}

@@ -1,0 +1,41 @@
+//!use lib/single.wgsl
+//!use lib/global.wgsl
+//!use lib/averages.wgsl
+// The scattering functions at single points: one thread per case.
+
+struct ProbeCase {
+    fibre: Fibre,
+    theta_o: f32,
+    phi_o: f32,
+    theta_j: f32,
+    phi_j: f32,
+    lambda_j: f32,
+    sigma_f: f32,
+}
+
+struct ProbeResult {
+    single: Lobes,
+    global: Lobes,
+    uniform_light: Lobes,      // single scattering of a uniform environment
+    averages: array<Averages, 3>,
+}
+
+@group(0) @binding(0) var<storage, read> tables: array<vec4f>;
+@group(0) @binding(1) var<storage, read> cases: array<ProbeCase>;
+@group(0) @binding(2) var<storage, read_write> results: array<ProbeResult>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    let index = id.x + id.y * 65535u * 64u;
+    if index >= arrayLength(&cases) {
+        return;
+    }
+    let c = cases[index];
+    let f = guarded_fibre(c.fibre);
+    results[index].single = single_scattering(prepare_view(f, c.theta_o, c.phi_o), c.theta_j, c.phi_j, c.lambda_j);
+    results[index].global = global_scattering(f, c.theta_o, c.phi_o, c.theta_j, c.phi_j, c.sigma_f);
+    results[index].uniform_light = single_scattering_constant(f, c.theta_o);
+    for (var channel = 0u; channel < 3u; channel++) {
+        results[index].averages[channel] = scattering_averages(f, f.sigma_a[channel], c.theta_j);
+    }
+}

@@ -1,0 +1,109 @@
+// Path sums of one light at every point: what crosses the hair towards the point by forward scattering, how far it spreads, and how
+// much hair lies behind. Depends on geometry, lights and paint.
+//!use lib/volume.wgsl
+
+struct LightRun {
+    point_count: u32,
+    light: u32,              // index among all lights
+    first_record: u32,       // where this light's records begin in the batch
+    padding: u32,
+}
+
+@group(0) @binding(0) var<uniform> volume_grid: VolumeGrid;
+@group(0) @binding(1) var<storage, read> volume_bricks: array<u32>;
+@group(0) @binding(2) var<storage, read> volume_density: array<vec2u>;
+@group(0) @binding(3) var<storage, read> points: array<vec4f>;          // position (grid space), diameter in voxels
+@group(0) @binding(4) var<storage, read> point_ends: array<u32>;        // bit 0: root, bit 1: tip
+@group(0) @binding(5) var<storage, read> lights: array<LobeLight>;
+@group(0) @binding(6) var<storage, read> directions: array<LobeDirection>;
+@group(0) @binding(7) var<uniform> run: LightRun;
+@group(0) @binding(8) var<storage, read> voxel_forward: array<vec4u>;
+@group(0) @binding(9) var<storage, read> voxel_behind: array<vec4u>;
+@group(0) @binding(10) var<storage, read_write> paths: array<vec4u>;    // 8 x f16: T_f rgb, spread, 2 sum k rgb, n
+
+// Sums above stand for nothing that could be seen.
+const SUM_MAX: f32 = 10.0;
+
+struct PathSums {
+    s_f: vec3f,              // sum of (1 - a_f)
+    spread: f32,             // sum of beta_f^2
+    n: f32,                  // number of fibres
+    blocked: bool,
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    let point = id.x + id.y * 65535u * 64u;
+    if (point >= run.point_count) {
+        return;
+    }
+    let light = lights[run.light];
+    let here = points[point];
+    let ends = point_ends[point];
+    let own = own_strand(here, points[max(point, 1u) - 1u].xyz, points[min(point + 1u, run.point_count - 1u)].xyz, ends);
+    let angle = turn_angle(point, run.light);
+    let turn = vec2f(cos(angle), sin(angle));
+
+    // Towards the light: means of exp(-S_f) and exp(-n) over the lobe, and of the spread where light is scattered forward at all.
+    var t_f = vec3f(0.0);
+    var t_direct = 0.0;
+    var spread = 0.0;
+    var spread_weight = 0.0;
+    for (var k = 0u; k < light.path_count; k++) {
+        let w = world_from_lobe(light, directions[light.first_path + k].local, turn);
+        let sums = march_forward(here.xyz, w, own);
+        if (!sums.blocked) {
+            let direct = exp(-sums.n);
+            let arriving = exp(-sums.s_f);
+            t_f += arriving;
+            t_direct += direct;
+            let scattered = max(dot(arriving, vec3f(1.0 / 3.0)) - direct, 1e-6);
+            spread += scattered * sums.spread / max(1.0 - direct, 1e-6);
+            spread_weight += scattered;
+        }
+    }
+    let count = f32(light.path_count);
+    let n = -log(max(t_direct / count, exp(-SUM_MAX)));
+    let kappa = 2.0 * march_behind(here.xyz, -light.axis, own);
+    t_f /= count;
+    paths[run.first_record + point] = vec4u(
+        pack2x16float(t_f.xy),
+        pack2x16float(vec2f(t_f.z, spread / max(spread_weight, 1e-6))),
+        pack2x16float(kappa.xy),
+        pack2x16float(vec2f(kappa.z, n)),
+    );
+}
+
+fn march_forward(start: vec3f, w: vec3f, own: OwnStrand) -> PathSums {
+    var m = march_begin(start, w, own, 0.0);
+    var crossing: Crossing;
+    var sums: PathSums;
+    while (min(sums.s_f.x, min(sums.s_f.y, sums.s_f.z)) < SUM_MAX && march_next(&m, &crossing)) {
+        if (crossing.blocked) {
+            sums.blocked = true;
+            break;
+        }
+        let words = voxel_forward[crossing.voxel];
+        let across = vec4f(unpack2x16float(words.x), unpack2x16float(words.y));
+        let slope = vec4f(unpack2x16float(words.z), unpack2x16float(words.w));
+        let loss = max(across + crossing.sin2_theta * slope, vec4f(0.0));
+        sums.s_f += crossing.expected * min(loss.xyz, vec3f(1.0));
+        sums.spread += crossing.expected * loss.w;
+        sums.n += crossing.expected;
+    }
+    return sums;
+}
+
+// Sum of k per channel; the occluder ends the path.
+fn march_behind(start: vec3f, w: vec3f, own: OwnStrand) -> vec3f {
+    var m = march_begin(start, w, own, 0.0);
+    var crossing: Crossing;
+    var sum = vec3f(0.0);
+    while (min(sum.x, min(sum.y, sum.z)) < SUM_MAX && march_next(&m, &crossing) && !crossing.blocked) {
+        let words = voxel_behind[crossing.voxel];
+        let across = vec3f(unpack2x16float(words.x), unpack2x16float(words.y).x);
+        let slope = vec3f(unpack2x16float(words.z), unpack2x16float(words.w).x);
+        sum += crossing.expected * clamp(across + crossing.sin2_theta * slope, vec3f(0.0), vec3f(1.0));
+    }
+    return sum;
+}

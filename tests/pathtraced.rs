@@ -1,0 +1,103 @@
+//! Pictures held against a path tracer's, tile by tile.
+
+use balayage_render::gpu::{Camera, CameraFile, Gpu, RenderSettings, Renderer, ShadeSettings, Terms};
+use balayage_render::groom::read_groom;
+use balayage_render::image::Picture;
+use balayage_render::light::LightSet;
+use balayage_render::param::{LobeRatios, VertexParams};
+use balayage_tests::test_data;
+
+/// Side of the tiles that pictures are compared in, pixels.
+const TILE: usize = 16;
+
+/// What the reference pictures were traced with (bandwidths 8, 6, 12 degrees).
+const RATIOS: LobeRatios = LobeRatios {
+    alpha_tt: -0.5,
+    alpha_trt: -1.5,
+    beta_tt: 0.75,
+    beta_trt: 1.5,
+};
+
+fn reference_params(sigma_a: [f32; 3]) -> VertexParams {
+    VertexParams {
+        sigma_a,
+        alpha_rad: (-5f32).to_radians(),
+        beta_rad: 8f32.to_radians() / std::f32::consts::SQRT_2,
+        azimuthal_width: 0.2,
+        eta: 1.55,
+        eccentricity: 1.0,
+    }
+}
+
+/// Ratio of mean radiance per channel over pixels that the reference covers, and relative RMSE of tile means.
+fn compare(got: &Picture, reference: &Picture) -> ([f64; 3], f64) {
+    let mean = |p: &Picture, c: usize| {
+        let covered = p.pixels.iter().zip(&reference.pixels).filter(|(_, r)| r[3] > 0.0);
+        covered.map(|(p, _)| f64::from(p[c])).sum::<f64>()
+    };
+    let ratio = std::array::from_fn(|c| mean(got, c) / mean(reference, c));
+    let tile = |p: &Picture, x: usize, y: usize, c: usize| -> f64 {
+        let pixels = (0..TILE * TILE).map(|k| (y * TILE + k / TILE) * p.width + x * TILE + k % TILE);
+        pixels.map(|k| f64::from(p.pixels[k][c])).sum()
+    };
+    let (mut error, mut norm) = (0.0, 0.0);
+    for y in 0..reference.height / TILE {
+        for x in 0..reference.width / TILE {
+            for c in 0..3 {
+                let expected = tile(reference, x, y, c);
+                error += (tile(got, x, y, c) - expected).powi(2);
+                norm += expected * expected;
+            }
+        }
+    }
+    (ratio, (error / norm).sqrt())
+}
+
+fn read_json<T: serde::de::DeserializeOwned>(path: &std::path::Path) -> T {
+    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+#[test]
+fn brown_hair_under_sun_and_sky() {
+    let Some(groom) = test_data("../reference/pathtraced/groom.hair") else {
+        return;
+    };
+    let folder = groom.parent().unwrap();
+    let groom = read_groom(&groom, None).unwrap().groom;
+    let lights: LightSet = read_json(&folder.join("lights_sunsky.json"));
+    let camera = Camera::try_from(read_json::<CameraFile>(&folder.join("camera.json"))).unwrap();
+    let gpu = Gpu::headless().unwrap();
+    let mut renderer = Renderer::new(&gpu).unwrap();
+    renderer.set_groom(&groom, None).unwrap();
+    renderer.set_ratios(RATIOS);
+    renderer
+        .set_params(&vec![reference_params([0.5, 0.8, 1.4]); groom.point_count()], &[])
+        .unwrap();
+    renderer.set_lights(&lights).unwrap();
+    for (terms, file) in [(Terms::SINGLE, "single"), (Terms::ALL, "multiple")] {
+        let settings = RenderSettings {
+            shade: ShadeSettings {
+                terms,
+                ..Default::default()
+            },
+            ..Default::default()
+        };
+        let report = renderer.render(&camera, [256, 256], &settings).unwrap();
+        eprintln!("{report:?}");
+        let picture = renderer.picture().unwrap();
+        if let Some(out) = std::env::var_os("BALAYAGE_OUT") {
+            let path = std::path::PathBuf::from(out);
+            picture.write_exr(&path.join(format!("{file}.exr"))).unwrap();
+            balayage_render::image::write_png(
+                &path.join(format!("{file}.png")),
+                256,
+                256,
+                &renderer.shown_bytes().unwrap(),
+            )
+            .unwrap();
+        }
+        let reference = Picture::read_exr(&folder.join(format!("brown_sunsky_{file}.exr"))).unwrap();
+        let (ratio, rmse) = compare(&picture, &reference);
+        eprintln!("{file}: mean ratio {ratio:.3?}, tile RMSE {:.1} %", 100.0 * rmse);
+    }
+}

@@ -1,0 +1,157 @@
+//! Strand drawing: coverage is the true area, whatever the angle, width and order.
+
+use balayage_render::gpu::camera::CameraUniform;
+use balayage_render::gpu::head::HeadTarget;
+use balayage_render::gpu::raster::{PictureBuffers, Raster, ResolveInputs, ResolveUniform};
+use balayage_render::gpu::strands::{RefinedVertex, Segment, StrandBuffers};
+use balayage_render::gpu::{Camera, Gpu};
+use bytemuck::Zeroable;
+use glam::{Mat4, Vec3};
+
+const SIZE: [u32; 2] = [64, 64];
+
+/// A camera at the origin that looks along -z; at depth 1 a pixel is 1/64 wide.
+fn camera(segment_count: u32) -> CameraUniform {
+    let camera = Camera {
+        world_from_camera: Mat4::IDENTITY,
+        fov_y_rad: 2.0 * 0.5f32.atan(),
+    };
+    CameraUniform::new(&camera, SIZE, [0.0; 2], 1e-3, segment_count)
+}
+
+/// Polylines of `width_px`-wide fibres with one radiance each, drawn; RGBA of every pixel.
+fn draw(gpu: &Gpu, strands: &[(Vec<Vec3>, f32, [f32; 3])]) -> Vec<[f32; 4]> {
+    let (mut vertices, mut segments, mut radiance) = (Vec::new(), Vec::new(), Vec::new());
+    for (strand, (points, width_px, colour)) in strands.iter().enumerate() {
+        for (k, p) in points.iter().enumerate() {
+            if k + 1 < points.len() {
+                segments.push(Segment {
+                    vertex: vertices.len() as u32,
+                    strand: strand as u32,
+                });
+            }
+            let diameter = width_px / 64.0 * p.length();
+            vertices.push(RefinedVertex {
+                position: p.to_array(),
+                diameter,
+                ..Zeroable::zeroed()
+            });
+            radiance.push([colour[0], colour[1], colour[2], 0.0]);
+        }
+    }
+    let buffers = StrandBuffers::from_parts(gpu, &vertices, &segments).unwrap();
+    gpu.queue
+        .write_buffer(&buffers.radiance, 0, bytemuck::cast_slice(&radiance));
+    let target = PictureBuffers::new(gpu, SIZE).unwrap();
+    let head = HeadTarget::new(gpu, [1, 1]).unwrap();
+    let background = gpu.storage("background", 16).unwrap();
+    let resolve = ResolveUniform {
+        weight: 1.0,
+        ..Zeroable::zeroed()
+    };
+    let inputs = ResolveInputs {
+        strands: &buffers,
+        head: &head,
+        background: &background,
+        target: &target,
+    };
+    let mut raster = Raster::new(gpu).unwrap();
+    raster
+        .draw(gpu, &camera(segments.len() as u32), &resolve, &inputs)
+        .unwrap();
+    gpu.read(&target.picture, 64 * 64).unwrap()
+}
+
+/// A straight strand through the picture's middle at `angle`, `length_px` long, in `pieces` segments.
+fn straight(angle: f32, length_px: f32, pieces: usize) -> Vec<Vec3> {
+    let half = 0.5 * length_px / 64.0 * Vec3::new(angle.cos(), angle.sin(), 0.0);
+    let centre = Vec3::new(0.003, -0.007, -1.0);
+    (0..=pieces)
+        .map(|k| centre + half * (2.0 * k as f32 / pieces as f32 - 1.0))
+        .collect()
+}
+
+fn total_alpha(picture: &[[f32; 4]]) -> f32 {
+    picture.iter().map(|p| p[3]).sum()
+}
+
+#[test]
+fn coverage_is_the_true_area_at_any_angle() {
+    let gpu = Gpu::headless().unwrap();
+    for width in [0.05, 0.4, 1.0, 3.0] {
+        for k in 0..12 {
+            let angle = k as f32 * 0.2718;
+            let got = total_alpha(&draw(&gpu, &[(straight(angle, 40.0, 1), width, [1.0; 3])]));
+            let area = 40.0 * width;
+            let error = (got / area - 1.0).abs();
+            assert!(
+                error < 0.01,
+                "width {width} px at {angle} rad: area {got} instead of {area}"
+            );
+        }
+    }
+}
+
+#[test]
+fn cutting_a_strand_into_segments_changes_nothing() {
+    let gpu = Gpu::headless().unwrap();
+    let whole = draw(&gpu, &[(straight(0.5, 40.0, 1), 2.0, [1.0; 3])]);
+    for pieces in [7, 60] {
+        let cut = draw(&gpu, &[(straight(0.5, 40.0, pieces), 2.0, [1.0; 3])]);
+        let worst = whole
+            .iter()
+            .zip(&cut)
+            .map(|(a, b)| (a[3] - b[3]).abs())
+            .fold(0.0, f32::max);
+        assert!(worst < 0.02, "{pieces} pieces: alpha differs by {worst}");
+    }
+}
+
+#[test]
+fn the_order_of_strands_does_not_matter_and_the_nearer_one_hides() {
+    let gpu = Gpu::headless().unwrap();
+    let near = (
+        straight(0.3, 40.0, 3).iter().map(|p| *p * 0.9).collect(),
+        4.0,
+        [1.0, 0.0, 0.0],
+    );
+    let far = (straight(1.4, 40.0, 3), 4.0, [0.0, 1.0, 0.0]);
+    let one = draw(&gpu, &[near.clone(), far.clone()]);
+    let other = draw(&gpu, &[far, near]);
+    assert_eq!(one, other);
+    let middle = one[32 * 64 + 32];
+    assert!(
+        middle[0] > 0.99 && middle[1] < 0.01,
+        "the crossing shows {middle:?}"
+    );
+}
+
+#[test]
+fn dense_thin_hair_composes_to_the_product_of_what_it_lets_through() {
+    let gpu = Gpu::headless().unwrap();
+    let layers = 100;
+    let strands: Vec<_> = (0..layers)
+        .map(|k| {
+            let depth = 1.0 + 0.01 * k as f32;
+            (
+                straight(0.7, 50.0, 1).iter().map(|p| *p * depth).collect(),
+                0.03,
+                [1.0; 3],
+            )
+        })
+        .collect();
+    let one = draw(&gpu, &strands[..1]);
+    let all = draw(&gpu, &strands);
+    for (a, b) in one.iter().zip(&all) {
+        let expected = 1.0 - (1.0 - a[3]).powi(layers);
+        assert!(
+            (b[3] - expected).abs() < 4e-3,
+            "alpha {} instead of {expected}",
+            b[3]
+        );
+        assert!(
+            (b[0] - b[3]).abs() < 1e-4,
+            "white strands have radiance = alpha, got {b:?}"
+        );
+    }
+}
