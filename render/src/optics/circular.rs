@@ -174,7 +174,9 @@ impl SmoothedHalfCircle {
     /// Integral of the smoothing over [x, pi] for x in [0, pi].
     fn tail(&self, x: f64) -> f64 {
         let next = self.tails.partition_point(|(end, _)| *end < x);
-        self.tails.get(next).map_or(0.0, |(end, tail)| tail + gauss_7(|t| self.smoothing.value(t), x, *end))
+        self.tails.get(next).map_or(0.0, |(end, tail)| {
+            tail + gauss_7(|t| self.smoothing.value(t), x, *end)
+        })
     }
 }
 
@@ -410,7 +412,10 @@ mod tests {
                 let wanted = kernel.value(x);
                 for same in [-x, x + TAU, x - 3.0 * TAU, 2.0 * TAU - x] {
                     let off = (kernel.value(same) - wanted).abs();
-                    assert!(off <= 1e-12 * wanted.abs() + 1e-25, "kernel {index} at {same}: {off}");
+                    assert!(
+                        off <= 1e-12 * wanted.abs() + 1e-25,
+                        "kernel {index} at {same}: {off}"
+                    );
                 }
             }
             let varies = (kernel.value(0.1) - kernel.value(3.0)).abs();
