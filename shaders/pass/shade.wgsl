@@ -6,6 +6,7 @@
 //!use lib/light.wgsl
 //!use lib/single.wgsl
 //!use lib/lobe_light.wgsl
+//!use lib/multiple.wgsl
 
 struct ShadeUniform {
     camera_position: vec3f,
@@ -25,7 +26,10 @@ struct ShadeUniform {
 const TERM_R: u32 = 1u;
 const TERM_TT: u32 = 2u;
 const TERM_TRT: u32 = 4u;
-const TERM_MULTIPLE: u32 = 56u;
+const TERM_D: u32 = 8u;
+const TERM_L: u32 = 16u;
+const TERM_U: u32 = 32u;
+const TERMS_MULTIPLE: u32 = 56u;
 
 @group(0) @binding(0) var<uniform> shade: ShadeUniform;
 @group(0) @binding(1) var<storage, read> vertices: array<RefinedVertex>;
@@ -54,7 +58,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let view_angles = angles(local_from_world * normalize(shade.camera_position - vertex.position));
     let view = prepare_view(fibre, view_angles.x, view_angles.y);
 
-    var single = vec3f(0.0);
+    let multiple_view = prepare_multiple(fibre, view_angles.x, view_angles.y);
+
+    var out = vec3f(0.0);
     var seen = Lobes(vec3f(0.0), vec3f(0.0), vec3f(0.0));
     var unshadowed = Lobes(vec3f(0.0), vec3f(0.0), vec3f(0.0));
     for (var j = 0u; j < shade.light_count; j++) {
@@ -76,18 +82,48 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             seen = Lobes(seen.r + r, seen.tt + tt, seen.trt + trt);
             unshadowed = Lobes(unshadowed.r + lobes.r, unshadowed.tt + lobes.tt, unshadowed.trt + lobes.trt);
         } else {
-            single += light.radiance * chosen(Lobes(r, tt, trt));
+            out += light.radiance * chosen(Lobes(r, tt, trt));
+        }
+        if (shade.terms & TERMS_MULTIPLE) != 0u {
+            let path = mixed_paths(unpack_path(paths[record + point]), unpack_path(paths[record + next]), fraction);
+            out += light.radiance * multiple(multiple_view, local_from_world, shade.first_light + j, at, path);
         }
     }
     if any(shade.constant > vec3f(0.0)) {
         let exact = single_scattering_constant(fibre, view_angles.x);
-        single += shade.constant * chosen(Lobes(
+        out += shade.constant * chosen(Lobes(
             exact.r * share(seen.r, unshadowed.r),
             exact.tt * share(seen.tt, unshadowed.tt),
             exact.trt * share(seen.trt, unshadowed.trt)));
     }
     let before = select(vec3f(0.0), radiance[index].rgb, shade.adds != 0u);
-    radiance[index] = vec4f(before + single, 1.0);
+    radiance[index] = vec4f(before + out, 1.0);
+}
+
+// D, L and U of one light of radiance 1, as many directions as its width wants.
+fn multiple(v: MultipleView, local_from_world: mat3x3f, light: u32, centre: vec2f, path: PathRecord) -> vec3f {
+    let frame = frames[light];
+    if shade.multiple == 1u {
+        let terms = zinke2008_terms(v, centre.x, centre.y, frame.bandwidth, path);
+        return frame.solid_angle * weighted(terms, vec3f(1.0));
+    }
+    var sum = vec3f(0.0);
+    for (var k = 0u; k < frame.path_count; k++) {
+        let spread = directions[frame.first_path + k];
+        let at = angles(local_from_world * world_from_lobe(frame, spread.local, vec2f(1.0, 0.0)));
+        sum += spread.solid_angle * weighted(m2_terms(v, at.x, at.y, path), M2_WEIGHTS);
+    }
+    return sum;
+}
+
+fn weighted(terms: MultipleTerms, weights: vec3f) -> vec3f {
+    return select(vec3f(0.0), weights.x * terms.d, (shade.terms & TERM_D) != 0u)
+        + select(vec3f(0.0), weights.y * terms.l, (shade.terms & TERM_L) != 0u)
+        + select(vec3f(0.0), weights.z * terms.u, (shade.terms & TERM_U) != 0u);
+}
+
+fn mixed_paths(a: PathRecord, b: PathRecord, t: f32) -> PathRecord {
+    return PathRecord(mix(a.t_f, b.t_f, t), mix(a.spread, b.spread, t), mix(a.kappa, b.kappa, t), mix(a.n, b.n, t));
 }
 
 // The lobes that are asked for, added up.

@@ -21,6 +21,7 @@ pub use frame::{FrameReport, RenderSettings, Renderer};
 pub use kernel::{GROUP_SIZE, Kernel, fold_groups};
 pub use shade::{Multiple, Quality, ShadeSettings, Terms};
 pub use transmittance::{
-    AVERAGES_ENTRIES, LightBatch, PATH_BYTES, Transmittance, TransmittanceReport, VISIBILITY_BYTES, VolumeReport,
+    AVERAGES_ENTRIES, LightBatch, MeanFibre, PATH_BYTES, Transmittance, TransmittanceReport,
+    VISIBILITY_BYTES, VolumeReport,
 };
 pub use view::ViewTransform;

@@ -7,9 +7,10 @@ use glam::Vec3;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-use super::cells::{Cell, cells, uniform_radiance};
+use super::cells::{cells, uniform_radiance};
 use super::mixture::{self, Lobe};
-use super::refine::{Sight, Target, refine};
+use super::refine::{Effort, refine};
+use super::sight::{Sight, Target};
 use super::srbf::solid_angle;
 use super::{EnvironmentMap, HairKernel, HairProbe, LightSet, SrbfLight, luminance};
 
@@ -26,9 +27,19 @@ const ROWS: [usize; 2] = [32, 64];
 const COLD_STEPS: [usize; 2] = [20, 3];
 const WARM_STEPS: [usize; 2] = [3, 0];
 
-/// Steps of the refinement from a seed and from given lights.
-const COLD_REFINEMENT: usize = 30;
-const WARM_REFINEMENT: usize = 6;
+/// Refinement from a seed and from given lights; a changed map may have new suns, so that both can place lights anew.
+const COLD_REFINEMENT: Effort = Effort {
+    before: 16,
+    swaps: 4,
+    per_swap: 3,
+    after: 10,
+};
+const WARM_REFINEMENT: Effort = Effort {
+    before: 2,
+    swaps: 1,
+    per_swap: 2,
+    after: 2,
+};
 
 /// What the fit minimises.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
