@@ -22,6 +22,15 @@ pub(super) struct Root {
     pub side: f32,
 }
 
+/// Length of a step of growth.
+const STEP_M: f32 = 0.002;
+
+/// Depth from the back of the head, in head depths, in front of which hair is combed out of the face.
+const FACE_EDGE: f32 = 0.71;
+
+/// Height of the cut below the top of the head for hair of unit length: the rest goes into the way over the head's curve.
+const CUT_BELOW_TOP: f32 = 0.85;
+
 /// Grows and styles strands on one head.
 pub(super) struct Barber<'a> {
     pub settings: &'a GeneratorSettings,
@@ -30,65 +39,89 @@ pub(super) struct Barber<'a> {
 }
 
 impl Barber<'_> {
-    /// The way a comb pulls at a point of the head: down, away from the parting on top, back and not into the face in front.
+    /// The way a comb pulls at a point of the head: away from the parting on top, back behind the hairline, out of the face.
     ///
-    /// `wander` is the strand's own deviation to either side.
+    /// `wander` is the strand's own deviation to either side. Gravity comes on top.
     fn comb(&self, p: Vec3, side: f32, wander: f32) -> Vec3 {
         let Vec2 { x: height, y: depth } = self.measure.height_depth(p);
-        let front = smoothstep(0.42, 0.76, depth);
         let top = smoothstep(-0.45, -0.15, height);
-        let across = side * (1.2 * top + 0.9 * front) + wander;
-        let down = 1.15 - front;
-        let back = 0.35 * top + 1.1 * front;
-        Vec3::new(across, -down, -back)
+        let front = smoothstep(0.25, 0.55, depth);
+        let face = smoothstep(FACE_EDGE - 0.07, FACE_EDGE + 0.10, depth) * (1.0 - 0.6 * top);
+        let parted = match self.settings.style {
+            HairStyle::Curly => 0.5,
+            HairStyle::Straight | HairStyle::Wavy => 1.1,
+        };
+        let across = side * (parted * top + 0.5 * face) + wander;
+        let back = 0.35 * top * front + 1.3 * face;
+        Vec3::new(across, 0.0, -back)
     }
 
-    /// The middle line of a strand: out of the skin, laid over by comb and gravity, outside of the head.
+    /// The direction of hair that lies on the head: combed along its surface, pulled down but not into it.
+    fn along(normal: Vec3, comb: Vec3) -> Vec3 {
+        let slide = Vec3::NEG_Y + normal * normal.y.max(0.0);
+        (comb - normal * normal.dot(comb) + slide).normalize_or_zero()
+    }
+
+    /// The middle line of a strand: out of the skin, laid over by comb and gravity, outside of the head, cut.
     pub fn grow(&self, root: &Root, strand: usize) -> Vec<Vec3> {
         let settings = self.settings;
         let mut random = stream(settings.seed, GROWTH, strand);
         let height = self.measure.height_depth(root.position).x;
-        let low = 1.0 - smoothstep(-1.0, -0.1, height);
-        let length = settings.length_m
-            * (1.0 - 0.6 * settings.graduation * low)
-            * (0.85 + 0.15 * random.random::<f32>());
-        let step = length / (settings.points_per_strand - 1) as f32;
-        let wander = (0.15 + settings.frizz) * (2.0 * random.random::<f32>() - 1.0);
+        let wander = (0.10 + 0.5 * settings.frizz) * (2.0 * random.random::<f32>() - 1.0);
 
         // Hair from further up lies on top of hair from further down.
         let layer =
             settings.volume_m * (0.15 + 0.55 * smoothstep(-0.9, 0.0, height) + 0.3 * random.random::<f32>());
 
-        // Small steps follow the head closely; every few of them give a point.
-        let small_steps = (step / 0.002).ceil().max(1.0);
-        let h = step / small_steps;
-        let (mut p, mut direction, mut travelled) = (root.position, root.normal, 0.0);
-        let mut points = vec![p];
-        while points.len() < settings.points_per_strand as usize {
-            for _ in 0..small_steps as usize {
-                let normal = self.envelope.normal(p);
-                let distance = self.envelope.distance(p);
-                let lift = layer * smoothstep(0.0, 0.035, travelled);
+        // Small steps follow the head closely; a root already leans the way its hair is combed.
+        let lean = Self::along(root.normal, self.comb(root.position, root.side, wander));
+        let mut direction = (root.normal + 0.8 * lean).normalize_or(root.normal);
+        let (mut p, mut travelled) = (root.position, 0.0);
+        let mut path = vec![p];
+        while travelled < settings.length_m {
+            let normal = self.envelope.normal(p);
+            let distance = self.envelope.distance(p);
+            let comb = self.comb(p, root.side, wander);
+            let lift = layer * smoothstep(0.0, 0.035, travelled);
 
-                // Near the head hair follows the comb along the surface, further away it falls.
-                let comb = self.comb(p, root.side, wander);
-                let along = (comb - normal * normal.dot(comb)).normalize_or_zero();
-                let homing = ((lift - distance) / 0.012).clamp(-0.7, 0.7);
-                let away = smoothstep(layer + 0.008, layer + 0.04, distance);
-                let wanted = (along + normal * homing)
-                    .lerp(Vec3::NEG_Y, away)
-                    .normalize_or(Vec3::NEG_Y);
-                let obedience = 1.0 - (-h / 0.009).exp();
-                direction = direction.lerp(wanted, obedience).normalize_or(Vec3::NEG_Y);
+            // The top of the head holds its coat; lower down, and far from the head, hair falls free.
+            let hold = 0.2 + 0.5 * smoothstep(-0.6, -0.3, self.measure.height_depth(p).x);
+            let homing = ((lift - distance) / 0.012).clamp(-hold, 0.7);
+            let away = smoothstep(layer + 0.008, layer + 0.04, distance);
+            let wanted = (Self::along(normal, comb) + normal * homing)
+                .lerp((Vec3::NEG_Y + comb).normalize_or(Vec3::NEG_Y), away)
+                .normalize_or(Vec3::NEG_Y);
+            let obedience = 1.0 - (-STEP_M / 0.009).exp();
+            direction = direction.lerp(wanted, obedience).normalize_or(Vec3::NEG_Y);
 
-                travelled += h;
-                p = self
-                    .envelope
-                    .pushed_out(p + direction * h, self.clearance(travelled));
-            }
-            points.push(p);
+            travelled += STEP_M;
+            p = self
+                .envelope
+                .pushed_out(p + direction * STEP_M, self.clearance(travelled));
+            path.push(p);
         }
-        points
+        let length = self.cut(&path) * (0.93 + 0.07 * random.random::<f32>());
+        (0..settings.points_per_strand)
+            .map(|i| {
+                along_path(
+                    &path,
+                    length * i as f32 / (settings.points_per_strand - 1) as f32,
+                )
+            })
+            .collect()
+    }
+
+    /// How much of a grown path the scissors leave, metres: between its whole length and what hangs above the line of the cut.
+    fn cut(&self, path: &[Vec3]) -> f32 {
+        let settings = self.settings;
+        let line = -CUT_BELOW_TOP * settings.length_m / self.measure.depth;
+        let above = path
+            .iter()
+            .position(|&p| self.measure.height_depth(p).x < line)
+            .unwrap_or(path.len() - 1);
+        let whole = settings.length_m;
+        let trimmed = (STEP_M * above as f32).clamp(0.15 * whole, whole);
+        whole + settings.graduation * (trimmed - whole)
     }
 
     /// Least distance from the hull at `travelled` metres from the root.
@@ -132,6 +165,13 @@ impl Barber<'_> {
     }
 }
 
+/// The place `travelled` metres along a path of points [`STEP_M`] apart; its end beyond.
+fn along_path(path: &[Vec3], travelled: f32) -> Vec3 {
+    let steps = travelled / STEP_M;
+    let first = (steps as usize).min(path.len() - 2);
+    path[first].lerp(path[first + 1], (steps - first as f32).min(1.0))
+}
+
 /// A direction, uniform over the sphere.
 fn random_direction(random: &mut Pcg64Mcg) -> Vec3 {
     let (z, turn) = (
@@ -165,7 +205,7 @@ impl Curl {
         // Waves of neighbouring locks go together, curls do not.
         let (radius, roundness, opening, disorder) = match settings.style {
             HairStyle::Straight => (0.0, 0.0, 0.06, 0.0),
-            HairStyle::Wavy => (settings.curl_radius_m, 0.35, 0.08, 0.25),
+            HairStyle::Wavy => (settings.curl_radius_m, 0.6, 0.10, 0.25),
             HairStyle::Curly => (settings.curl_radius_m, 1.0, 0.03, 1.0),
         };
         let rate = tau / settings.curl_pitch_m * vary(&mut lock, 0.12 * disorder) * vary(random, 0.03);

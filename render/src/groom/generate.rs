@@ -59,45 +59,47 @@ impl GeneratorSettings {
     pub fn new(style: HairStyle) -> Self {
         let straight = Self {
             style,
-            strand_count: 3_200,
+            strand_count: 3_000,
             points_per_strand: 20,
-            length_m: 0.36,
-            diameter_m: 0.4e-3,
-            frizz: 0.12,
-            clumping: 0.35,
+            length_m: 0.44,
+            diameter_m: 0.45e-3,
+            frizz: 0.08,
+            clumping: 0.4,
             curl_radius_m: 0.0,
             curl_pitch_m: 0.1,
-            volume_m: 0.012,
-            graduation: 0.4,
-            parting: 0.25,
+            volume_m: 0.014,
+            graduation: 0.85,
+            parting: 0.1,
             seed: 1,
         };
         match style {
             HairStyle::Straight => straight,
             HairStyle::Wavy => Self {
-                strand_count: 2_800,
+                strand_count: 2_400,
                 points_per_strand: 24,
-                length_m: 0.22,
-                frizz: 0.12,
+                length_m: 0.29,
+                diameter_m: 0.5e-3,
+                frizz: 0.08,
                 clumping: 0.6,
-                curl_radius_m: 0.008,
-                curl_pitch_m: 0.08,
-                volume_m: 0.016,
-                graduation: 0.9,
-                parting: -0.2,
+                curl_radius_m: 0.009,
+                curl_pitch_m: 0.1,
+                volume_m: 0.020,
+                graduation: 0.95,
+                parting: -0.45,
                 ..straight
             },
             HairStyle::Curly => Self {
                 strand_count: 1_500,
-                points_per_strand: 40,
-                length_m: 0.16,
-                frizz: 0.4,
-                clumping: 0.5,
-                curl_radius_m: 0.007,
-                curl_pitch_m: 0.033,
-                volume_m: 0.032,
-                graduation: 0.7,
-                parting: 0.0,
+                points_per_strand: 32,
+                length_m: 0.19,
+                diameter_m: 0.5e-3,
+                frizz: 0.2,
+                clumping: 0.45,
+                curl_radius_m: 0.009,
+                curl_pitch_m: 0.06,
+                volume_m: 0.038,
+                graduation: 0.8,
+                parting: 0.2,
                 ..straight
             },
         }
@@ -197,10 +199,7 @@ fn place_roots(
         let (centre, normal) = ((a + b + c) / 3.0, (b - a).cross(c - a));
         let bears = [a, b, c].iter().any(|&p| measure.above_hairline(p) > 0.0);
         if bears && measure.faces_out(centre, normal) {
-            // Hair is densest where it is seen to begin: at the forehead and on top.
-            let hd = measure.height_depth(centre);
-            let seen = smoothstep(0.55, 0.85, hd.y).max(smoothstep(-0.35, -0.05, hd.x));
-            area += f64::from(normal.length() / 2.0 * (1.0 + 0.8 * seen));
+            area += f64::from(normal.length() / 2.0 * density(settings, measure, centre));
             scalp.push((area, triangle));
         }
     }
@@ -245,7 +244,7 @@ fn place_roots(
             share = random.random();
         }
         let (_, position, normal) = best;
-        let blur = 0.004 * measure.depth * (random.random::<f32>() - 0.5);
+        let blur = 0.03 * measure.depth * (random.random::<f32>() - 0.5);
         // The parting ends at the crown.
         let reach = smoothstep(0.18, 0.42, measure.height_depth(position).y);
         let side = if position.x + blur > parting {
@@ -260,6 +259,16 @@ fn place_roots(
         }
     });
     Ok(roots.collect())
+}
+
+/// Density of roots at a point of the scalp: highest where hair is seen to begin and no other hair lies on it, at parting and hairline.
+fn density(settings: &GeneratorSettings, measure: &HeadMeasure, p: Vec3) -> f32 {
+    let hd = measure.height_depth(p);
+    let from_parting = (p.x / measure.depth - 0.4 * settings.parting).abs();
+    let parting = (1.0 - smoothstep(0.0, 0.22, from_parting)) * smoothstep(-0.5, -0.2, hd.x);
+    let hairline = 1.0 - smoothstep(0.0, 0.15, measure.above_hairline(p));
+    let front = smoothstep(0.45, 0.7, hd.y);
+    1.0 + 5.0 * parting + 2.5 * front * hairline
 }
 
 /// For every strand the nearest strand of the same side that leads a lock; there are about 25 strands to a lock.
