@@ -4,6 +4,8 @@ mod groom;
 mod groom_damage;
 mod groom_generate;
 mod groom_refined;
+mod light;
+mod light_maps;
 mod pathtraced;
 mod raster;
 mod volume;
