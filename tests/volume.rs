@@ -25,11 +25,7 @@ fn lights() -> Vec<SrbfLight> {
             let y = 1.0 - (2 * i + 1) as f32 / 8.0;
             let phi = 2.4 * i as f32;
             let r = (1.0 - y * y).sqrt();
-            SrbfLight {
-                direction: Vec3::new(r * phi.cos(), y, r * phi.sin()),
-                bandwidth,
-                radiance: Vec3::ONE,
-            }
+            SrbfLight { direction: Vec3::new(r * phi.cos(), y, r * phi.sin()), bandwidth, radiance: Vec3::ONE }
         })
         .collect()
 }
@@ -38,29 +34,19 @@ fn lights() -> Vec<SrbfLight> {
 fn visibility(gpu: &Gpu, transmittance: &Transmittance, point_count: usize) -> Vec<[f32; 4]> {
     let mut records = Vec::new();
     for batch in transmittance.batches() {
-        let halves: Vec<[f16; 4]> = gpu
-            .read(&batch.visibility, batch.lights.len() * point_count)
-            .unwrap();
+        let halves: Vec<[f16; 4]> = gpu.read(&batch.visibility, batch.lights.len() * point_count).unwrap();
         records.extend(halves.into_iter().map(|r| r.map(f32::from)));
     }
     records
 }
 
 /// Share of `rays` directions of the light's lobe that cross no other fibre.
-fn free_share(
-    grid: &SegmentGrid,
-    origin: Vec3,
-    strand: u32,
-    light: &SrbfLight,
-    rays: usize,
-    rng: &mut impl Rng,
-) -> f32 {
+fn free_share(grid: &SegmentGrid, origin: Vec3, strand: u32, light: &SrbfLight, rays: usize, rng: &mut impl Rng) -> f32 {
     let axis = light.direction.normalize();
     let (tangent, bitangent) = lobe::frame(axis);
     let free = (0..rays)
         .filter(|i| {
-            let cos = lobe::cosine_quantile(light.bandwidth, (*i as f64 + rng.random::<f64>()) / rays as f64)
-                as f32;
+            let cos = lobe::cosine_quantile(light.bandwidth, (*i as f64 + rng.random::<f64>()) / rays as f64) as f32;
             let sin = (1.0 - cos * cos).max(0.0).sqrt();
             let phi = rng.random::<f32>() * std::f32::consts::TAU;
             let w = axis * cos + tangent * (sin * phi.cos()) + bitangent * (sin * phi.sin());
@@ -73,11 +59,7 @@ fn free_share(
 #[test]
 fn measure_show3() {
     let gpu = Gpu::headless().unwrap();
-    for name in [
-        "fetched/hair/sintel_hair_16points_k4.tfx",
-        "fetched/hair/tressfx3_ponytail_all.hair",
-        "../reference/pathtraced/groom.hair",
-    ] {
+    for name in ["fetched/hair/sintel_hair_16points_k4.tfx", "fetched/hair/tressfx3_ponytail_all.hair", "../reference/pathtraced/groom.hair"] {
         let Some(path) = data(name) else { continue };
         let groom = read_groom(&path, None).unwrap().groom;
         let strands = Strands::from(&groom);
@@ -90,18 +72,13 @@ fn measure_show3() {
         }
         let lights = lights();
         let mut rng = rand_pcg::Pcg64::seed_from_u64(5);
-        let picks: Vec<usize> = (0..500)
-            .map(|_| rng.random_range(0..groom.point_count()))
-            .collect();
+        let picks: Vec<usize> = (0..500).map(|_| rng.random_range(0..groom.point_count())).collect();
         let t = std::time::Instant::now();
         let truth: Vec<Vec<f32>> = picks
             .par_iter()
             .map(|&p| {
                 let mut rng = rand_pcg::Pcg64::seed_from_u64(p as u64);
-                lights
-                    .iter()
-                    .map(|l| free_share(&exact, groom.positions()[p], strand_of[p], l, 256, &mut rng))
-                    .collect()
+                lights.iter().map(|l| free_share(&exact, groom.positions()[p], strand_of[p], l, 256, &mut rng)).collect()
             })
             .collect();
         println!("  truth {:?}", t.elapsed());
@@ -109,15 +86,7 @@ fn measure_show3() {
             let mut transmittance = Transmittance::new(&gpu).unwrap();
             let t = std::time::Instant::now();
             let report = transmittance
-                .set_strands(
-                    &gpu,
-                    &strands,
-                    None,
-                    &VolumeSettings {
-                        voxel_spacings,
-                        ..Default::default()
-                    },
-                )
+                .set_strands(&gpu, &strands, None, &VolumeSettings { voxel_spacings, ..Default::default() })
                 .unwrap();
             let build = t.elapsed();
             transmittance.set_lights(&gpu, &lights).unwrap();
@@ -137,22 +106,12 @@ fn measure_show3() {
                 sum += s;
                 sum2 += s2;
                 all += picks.len();
-                line += &format!(
-                    " {:.3}/{:+.3}",
-                    (s2 / picks.len() as f64).sqrt(),
-                    s / picks.len() as f64
-                );
+                line += &format!(" {:.3}/{:+.3}", (s2 / picks.len() as f64).sqrt(), s / picks.len() as f64);
             }
             println!(
                 "  {voxel_spacings}: voxel {:.5} grid {:?} stored {} shares {} {} MB; build {build:?}; rays {} in {march:?}; RMSE {:.4} bias {:+.4};{line}",
-                report.voxel_size,
-                report.voxels,
-                report.stored_voxels,
-                report.shares,
-                report.bytes >> 20,
-                update.visibility_rays,
-                (sum2 / f64::from(all as u32)).sqrt(),
-                sum / f64::from(all as u32)
+                report.voxel_size, report.voxels, report.stored_voxels, report.shares, report.bytes >> 20, update.visibility_rays,
+                (sum2 / f64::from(all as u32)).sqrt(), sum / f64::from(all as u32)
             );
         }
     }

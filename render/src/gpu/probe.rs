@@ -154,12 +154,7 @@ fn backward_of_cluster(a_f: f64, a_b: f64) -> f64 {
 ///
 /// # Errors
 /// [`GpuError`] when the shader is refused, the cases exceed a buffer, or the device is lost.
-pub fn run(
-    gpu: &Gpu,
-    cases: &[ProbeCase],
-    quality: Quality,
-    scheme: Scheme,
-) -> Result<Vec<ProbeResult>, GpuError> {
+pub fn run(gpu: &Gpu, cases: &[ProbeCase], quality: Quality, scheme: Scheme) -> Result<Vec<ProbeResult>, GpuError> {
     let Scheme::Nodes = scheme;
     if cases.is_empty() {
         return Ok(Vec::new());
@@ -171,9 +166,5 @@ pub fn run(
     let outputs = gpu.storage("probe results", (cases.len() * size_of::<GpuResult>()) as u64)?;
     let bindings = kernel.bind(gpu, &[(0, &tables), (1, &inputs), (2, &outputs)]);
     kernel.run(gpu, &bindings, cases.len() as u32);
-    Ok(gpu
-        .read::<GpuResult>(&outputs, cases.len())?
-        .iter()
-        .map(ProbeResult::from)
-        .collect())
+    Ok(gpu.read::<GpuResult>(&outputs, cases.len())?.iter().map(ProbeResult::from).collect())
 }

@@ -64,11 +64,7 @@ pub struct ShadeSettings {
 
 impl Default for ShadeSettings {
     fn default() -> Self {
-        Self {
-            quality: Quality::Standard,
-            multiple: Multiple::M2,
-            terms: Terms::ALL,
-        }
+        Self { quality: Quality::Standard, multiple: Multiple::M2, terms: Terms::ALL }
     }
 }
 
@@ -121,10 +117,7 @@ impl ShadePass {
     /// # Errors
     /// [`GpuError::TooLarge`].
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        Ok(Self {
-            kernel: None,
-            tables: gpu.storage_of("scattering tables", &scattering_tables())?,
-        })
+        Ok(Self { kernel: None, tables: gpu.storage_of("scattering tables", &scattering_tables())? })
     }
 
     /// Fills the strands' radiance; returns the number of evaluated (vertex, light) pairs.
@@ -146,23 +139,19 @@ impl ShadePass {
                 &mut stale.insert((settings.quality, kernel)).1
             }
         };
-        let (Some(frames), Some(directions)) = (
-            inputs.transmittance.light_buffer(),
-            inputs.transmittance.direction_buffer(),
-        ) else {
+        let (Some(frames), Some(directions)) =
+            (inputs.transmittance.light_buffer(), inputs.transmittance.direction_buffer())
+        else {
             return Ok(0);
         };
         let point_count = inputs.params.size() as u32 / size_of::<crate::param::VertexParams>() as u32;
         let mut evaluated = 0;
         for batch in inputs.transmittance.batches() {
             // Lights of the user and lights that stand for the uniform environment are weighed differently.
-            let split = inputs
-                .real_light_count
-                .clamp(batch.lights.start, batch.lights.end);
-            for (lights, constant) in [
-                (batch.lights.start..split, Vec3::ZERO),
-                (split..batch.lights.end, inputs.constant),
-            ] {
+            let split = inputs.real_light_count.clamp(batch.lights.start, batch.lights.end);
+            for (lights, constant) in
+                [(batch.lights.start..split, Vec3::ZERO), (split..batch.lights.end, inputs.constant)]
+            {
                 if lights.is_empty() {
                     continue;
                 }
@@ -173,12 +162,7 @@ impl ShadePass {
                     point_count,
                     alpha_ratios: [inputs.ratios.alpha_tt, inputs.ratios.alpha_trt],
                     beta_ratios: [inputs.ratios.beta_tt, inputs.ratios.beta_trt],
-                    terms: settings.terms.0
-                        & if settings.multiple == Multiple::Off {
-                            Terms::SINGLE.0
-                        } else {
-                            Terms::ALL.0
-                        },
+                    terms: settings.terms.0 & if settings.multiple == Multiple::Off { Terms::SINGLE.0 } else { Terms::ALL.0 },
                     first_light: lights.start,
                     light_count: lights.len() as u32,
                     first_record: (lights.start - batch.lights.start) * point_count,
