@@ -11,7 +11,12 @@ use balayage_tests::test_data;
 const TILE: usize = 16;
 
 /// What the reference pictures were traced with (bandwidths 8, 6, 12 degrees).
-const RATIOS: LobeRatios = LobeRatios { alpha_tt: -0.5, alpha_trt: -1.5, beta_tt: 0.75, beta_trt: 1.5 };
+const RATIOS: LobeRatios = LobeRatios {
+    alpha_tt: -0.5,
+    alpha_trt: -1.5,
+    beta_tt: 0.75,
+    beta_trt: 1.5,
+};
 
 fn reference_params(sigma_a: [f32; 3]) -> VertexParams {
     VertexParams {
@@ -54,7 +59,9 @@ fn read_json<T: serde::de::DeserializeOwned>(path: &std::path::Path) -> T {
 
 #[test]
 fn brown_hair_under_sun_and_sky() {
-    let Some(groom) = test_data("../reference/pathtraced/groom.hair") else { return };
+    let Some(groom) = test_data("../reference/pathtraced/groom.hair") else {
+        return;
+    };
     let folder = groom.parent().unwrap();
     let groom = read_groom(&groom, None).unwrap().groom;
     let lights: LightSet = read_json(&folder.join("lights_sunsky.json"));
@@ -63,11 +70,16 @@ fn brown_hair_under_sun_and_sky() {
     let mut renderer = Renderer::new(&gpu).unwrap();
     renderer.set_groom(&groom, None).unwrap();
     renderer.set_ratios(RATIOS);
-    renderer.set_params(&vec![reference_params([0.5, 0.8, 1.4]); groom.point_count()], &[]).unwrap();
+    renderer
+        .set_params(&vec![reference_params([0.5, 0.8, 1.4]); groom.point_count()], &[])
+        .unwrap();
     renderer.set_lights(&lights).unwrap();
     for (terms, file) in [(Terms::SINGLE, "single"), (Terms::ALL, "multiple")] {
         let settings = RenderSettings {
-            shade: ShadeSettings { terms, ..Default::default() },
+            shade: ShadeSettings {
+                terms,
+                ..Default::default()
+            },
             ..Default::default()
         };
         let report = renderer.render(&camera, [256, 256], &settings).unwrap();
@@ -76,7 +88,13 @@ fn brown_hair_under_sun_and_sky() {
         if let Some(out) = std::env::var_os("BALAYAGE_OUT") {
             let path = std::path::PathBuf::from(out);
             picture.write_exr(&path.join(format!("{file}.exr"))).unwrap();
-            balayage_render::image::write_png(&path.join(format!("{file}.png")), 256, 256, &renderer.shown_bytes().unwrap()).unwrap();
+            balayage_render::image::write_png(
+                &path.join(format!("{file}.png")),
+                256,
+                256,
+                &renderer.shown_bytes().unwrap(),
+            )
+            .unwrap();
         }
         let reference = Picture::read_exr(&folder.join(format!("brown_sunsky_{file}.exr"))).unwrap();
         let (ratio, rmse) = compare(&picture, &reference);
