@@ -6,6 +6,8 @@ mod groom;
 mod groom_damage;
 mod groom_generate;
 mod groom_refined;
+mod light;
+mod light_maps;
 mod optics;
 mod optics_probe;
 mod optics_reference;
