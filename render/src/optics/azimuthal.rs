@@ -132,9 +132,9 @@ impl CrossSection {
                 break;
             }
             if (off > 0.0) == rising {
-                high = gamma
+                high = gamma;
             } else {
-                low = gamma
+                low = gamma;
             }
             let newton = gamma - off / path.dphi_dgamma;
             let next = if newton > low && newton < high {
