@@ -38,7 +38,7 @@ fn map_of(lights: &LightSet) -> EnvironmentMap {
 
 fn sample(name: &str) -> EnvironmentMap {
     EnvironmentMap::read(&repository(&format!("projects/environments/{name}.hdr")))
-        .unwrap()
+        .expect("a sample environment or a fit that is not cancelled")
         .0
 }
 
