@@ -6,4 +6,6 @@ mod groom_generate;
 mod groom_refined;
 mod pathtraced;
 mod raster;
+mod scattering;
+mod shaders;
 mod volume;

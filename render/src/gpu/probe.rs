@@ -194,7 +194,12 @@ const CHUNK: usize = 1 << 17;
 ///
 /// # Errors
 /// [`GpuError`] when the shader is refused, the cases exceed a buffer, or the device is lost.
-pub fn run(gpu: &Gpu, cases: &[ProbeCase], quality: Quality, scheme: Scheme) -> Result<Vec<ProbeResult>, GpuError> {
+pub fn run(
+    gpu: &Gpu,
+    cases: &[ProbeCase],
+    quality: Quality,
+    scheme: Scheme,
+) -> Result<Vec<ProbeResult>, GpuError> {
     let Scheme::Nodes = scheme;
     let kernel = Kernel::new(gpu, "pass/probe.wgsl", &[("quality", f64::from(quality as u8))])?;
     let tables = gpu.storage_of("scattering tables", &scattering_tables())?;
@@ -205,7 +210,11 @@ pub fn run(gpu: &Gpu, cases: &[ProbeCase], quality: Quality, scheme: Scheme) -> 
         let outputs = gpu.storage("probe results", (chunk.len() * size_of::<GpuResult>()) as u64)?;
         let bindings = kernel.bind(gpu, &[(0, &tables), (1, &inputs), (2, &outputs)]);
         kernel.run(gpu, &bindings, chunk.len() as u32);
-        results.extend(gpu.read::<GpuResult>(&outputs, chunk.len())?.iter().map(ProbeResult::from));
+        results.extend(
+            gpu.read::<GpuResult>(&outputs, chunk.len())?
+                .iter()
+                .map(ProbeResult::from),
+        );
     }
     Ok(results)
 }

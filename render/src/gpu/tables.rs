@@ -54,10 +54,14 @@ pub fn scattering_tables() -> Vec<[f32; 4]> {
         push_truncated_rules(&mut out, n);
     }
     for n in 1..=GAMMA_MAX {
-        out.extend(gauss_legendre(n, 0.0, FRAC_PI_2).into_iter().map(|(gamma, weight)| {
-            let (sin_gamma, cos_gamma) = gamma.sin_cos();
-            narrow([sin_gamma, cos_gamma, 0.5 * weight * cos_gamma, weight])
-        }));
+        out.extend(
+            gauss_legendre(n, 0.0, FRAC_PI_2)
+                .into_iter()
+                .map(|(gamma, weight)| {
+                    let (sin_gamma, cos_gamma) = gamma.sin_cos();
+                    narrow([sin_gamma, cos_gamma, 0.5 * weight * cos_gamma, weight])
+                }),
+        );
     }
     out.extend((0..=VON_MISES_STEPS).map(|i| narrow(von_mises_entry(i as f64 / VON_MISES_STEPS as f64))));
     push_cosine_powers(&mut out);
@@ -78,8 +82,10 @@ fn narrow(values: [f64; 4]) -> [f32; 4] {
 /// Gauss rule with `n` nodes for the weight exp(-x^2) on (-infinity, `t`], nodes ascending.
 pub fn truncated_gauss_hermite(n: usize, t: f64) -> Vec<(f64, f64)> {
     // The weight is below 1e-21 outside +-7, so a dense rule between there and t stands for the measure.
-    let measure: Vec<(f64, f64)> =
-        gauss_legendre(96, -7.0, t.min(7.0)).into_iter().map(|(x, w)| (x, w * (-x * x).exp())).collect();
+    let measure: Vec<(f64, f64)> = gauss_legendre(96, -7.0, t.min(7.0))
+        .into_iter()
+        .map(|(x, w)| (x, w * (-x * x).exp()))
+        .collect();
     gauss_of_measure(n, &measure)
 }
 
@@ -91,11 +97,23 @@ fn gauss_of_measure(n: usize, measure: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut current = vec![1.0 / mass.sqrt(); measure.len()];
     let mut norm = 0.0;
     for k in 0..n {
-        let centre: f64 = measure.iter().zip(&current).map(|((x, w), p)| w * x * p * p).sum();
+        let centre: f64 = measure
+            .iter()
+            .zip(&current)
+            .map(|((x, w), p)| w * x * p * p)
+            .sum();
         jacobi[(k, k)] = centre;
-        let next: Vec<f64> =
-            measure.iter().zip(current.iter().zip(&previous)).map(|((x, _), (p, q))| (x - centre) * p - norm * q).collect();
-        norm = measure.iter().zip(&next).map(|((_, w), p)| w * p * p).sum::<f64>().sqrt();
+        let next: Vec<f64> = measure
+            .iter()
+            .zip(current.iter().zip(&previous))
+            .map(|((x, _), (p, q))| (x - centre) * p - norm * q)
+            .collect();
+        norm = measure
+            .iter()
+            .zip(&next)
+            .map(|((_, w), p)| w * p * p)
+            .sum::<f64>()
+            .sqrt();
         if k + 1 < n {
             jacobi[(k, k + 1)] = norm;
             jacobi[(k + 1, k)] = norm;
@@ -103,8 +121,9 @@ fn gauss_of_measure(n: usize, measure: &[(f64, f64)]) -> Vec<(f64, f64)> {
         previous = std::mem::replace(&mut current, next.into_iter().map(|p| p / norm).collect());
     }
     let eigen = SymmetricEigen::new(jacobi);
-    let mut rule: Vec<(f64, f64)> =
-        (0..n).map(|k| (eigen.eigenvalues[k], mass * eigen.eigenvectors[(0, k)].powi(2))).collect();
+    let mut rule: Vec<(f64, f64)> = (0..n)
+        .map(|k| (eigen.eigenvalues[k], mass * eigen.eigenvectors[(0, k)].powi(2)))
+        .collect();
     rule.sort_by(|a, b| a.0.total_cmp(&b.0));
     rule
 }
@@ -137,8 +156,9 @@ pub fn gauss_legendre(n: usize, a: f64, b: f64) -> Vec<(f64, f64)> {
 
 fn push_truncated_rules(out: &mut Vec<[f32; 4]>, n: usize) {
     let step = (TRUNCATION_MAX - TRUNCATION_MIN) / (TRUNCATION_COUNT - 1) as f64;
-    let rules: Vec<_> =
-        (0..TRUNCATION_COUNT).map(|i| truncated_gauss_hermite(n, TRUNCATION_MIN + step * i as f64)).collect();
+    let rules: Vec<_> = (0..TRUNCATION_COUNT)
+        .map(|i| truncated_gauss_hermite(n, TRUNCATION_MIN + step * i as f64))
+        .collect();
     for k in 0..n {
         for i in 0..TRUNCATION_COUNT {
             let (x, w) = rules[i][k];
@@ -161,7 +181,10 @@ fn von_mises_measure(kappa: f64) -> (Vec<(f64, f64)>, f64) {
         })
         .collect();
     let mass: f64 = points.iter().map(|p| p.1).sum();
-    (points.into_iter().map(|(x, w)| (x, w / mass)).collect(), mass / (2.0 * PI))
+    (
+        points.into_iter().map(|(x, w)| (x, w / mass)).collect(),
+        mass / (2.0 * PI),
+    )
 }
 
 /// kappa at the table coordinate v = 1 / (1 + sqrt kappa).
@@ -181,20 +204,35 @@ fn von_mises_entry(v: f64) -> [f64; 4] {
     }
     let (points, i0e) = von_mises_measure(kappa);
     // 1 - A is integrated as such: the difference would cancel for narrow densities.
-    let one_minus_a: f64 = points.iter().map(|(x, w)| 2.0 * w * (0.5 * x).sin().powi(2)).sum();
+    let one_minus_a: f64 = points
+        .iter()
+        .map(|(x, w)| 2.0 * w * (0.5 * x).sin().powi(2))
+        .sum();
     let a = 1.0 - one_minus_a;
-    let slope: f64 = points.iter().map(|(x, w)| w * (one_minus_a - 2.0 * (0.5 * x).sin().powi(2)).powi(2)).sum();
+    let slope: f64 = points
+        .iter()
+        .map(|(x, w)| w * (one_minus_a - 2.0 * (0.5 * x).sin().powi(2)).powi(2))
+        .sum();
     // The rule is exact for cos x and cos 2x: 1 + cos x = A / (kappa (1 - A)).
     let one_minus_cos = 2.0 - a / (kappa * one_minus_a);
     let weight = one_minus_a / (2.0 * one_minus_cos);
     let g = a / (2.0 * kappa * slope);
-    [i0e * (1.0 + 2.0 * PI * kappa).sqrt(), (1.0 + kappa) * one_minus_cos, weight, g / (0.5 + kappa)]
+    [
+        i0e * (1.0 + 2.0 * PI * kappa).sqrt(),
+        (1.0 + kappa) * one_minus_cos,
+        weight,
+        g / (0.5 + kappa),
+    ]
 }
 
 fn push_cosine_powers(out: &mut Vec<[f32; 4]>) {
     for i in 0..=COSINE_POWER_STEPS {
         let v = i as f64 / COSINE_POWER_STEPS as f64;
-        let points = if v > 0.0 { von_mises_measure(kappa_at(v)).0 } else { vec![(0.0, 1.0)] };
+        let points = if v > 0.0 {
+            von_mises_measure(kappa_at(v)).0
+        } else {
+            vec![(0.0, 1.0)]
+        };
         push_power_means(out, &points);
     }
 }
@@ -202,8 +240,9 @@ fn push_cosine_powers(out: &mut Vec<[f32; 4]>) {
 fn push_window_powers(out: &mut Vec<[f32; 4]>) {
     let count = 1024;
     let step = PI / f64::from(count);
-    let points: Vec<(f64, f64)> =
-        (0..count).map(|i| (-FRAC_PI_2 + step * (f64::from(i) + 0.5), 1.0 / f64::from(count))).collect();
+    let points: Vec<(f64, f64)> = (0..count)
+        .map(|i| (-FRAC_PI_2 + step * (f64::from(i) + 0.5), 1.0 / f64::from(count)))
+        .collect();
     push_power_means(out, &points);
 }
 
@@ -231,9 +270,16 @@ fn push_power_means(out: &mut Vec<[f32; 4]>, points: &[(f64, f64)]) {
 /// Never: the normal matrix of eight monomials on Gauss nodes is regular.
 pub fn fresnel_polynomial(eta: f64) -> [f64; 8] {
     let nodes = gauss_legendre(64, 0.0, 1.0);
-    let rows = DMatrix::from_fn(nodes.len(), 8, |i, k| nodes[i].1.sqrt() * nodes[i].0.powi(k as i32));
-    let values = DVector::from_fn(nodes.len(), |i, _| nodes[i].1.sqrt() * fresnel_dielectric(nodes[i].0, eta));
-    let solution = rows.svd(true, true).solve(&values, 1e-14).expect("both factors were asked for");
+    let rows = DMatrix::from_fn(nodes.len(), 8, |i, k| {
+        nodes[i].1.sqrt() * nodes[i].0.powi(k as i32)
+    });
+    let values = DVector::from_fn(nodes.len(), |i, _| {
+        nodes[i].1.sqrt() * fresnel_dielectric(nodes[i].0, eta)
+    });
+    let solution = rows
+        .svd(true, true)
+        .solve(&values, 1e-14)
+        .expect("both factors were asked for");
     std::array::from_fn(|k| solution[k])
 }
 
