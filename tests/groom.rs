@@ -1,8 +1,10 @@
 //! Grooms: cleaning, arc length, hash, files in and out, real files.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail like tests")]
+
 use balayage_render::groom::{
-    Groom, GroomBuilder, GroomError, LoadedGroom, MAX_COORDINATE, UnitSource, hair_bytes, parse_hair,
-    parse_tfx, read_groom, tfx_bytes, write_groom,
+    Groom, GroomBuilder, GroomError, LoadedGroom, MAX_COORDINATE, RefinedGroom, UnitSource, hair_bytes,
+    parse_hair, parse_tfx, read_groom, tfx_bytes, write_groom,
 };
 use balayage_tests::{POISON, random, repository, test_data};
 use glam::Vec3;
@@ -108,12 +110,13 @@ fn builder_takes_every_poison_value() {
 fn arc_runs_from_zero_to_one_in_proportion_to_length() {
     let groom = wild_groom(3, 50, false);
     let (arc, lengths) = (groom.arc(), groom.lengths());
-    for strand in 0..groom.strand_count() {
+    assert_eq!(lengths.len(), groom.strand_count());
+    for (strand, length) in lengths.iter().enumerate() {
         let range = groom.strand(strand);
         assert_eq!((arc[range.start], arc[range.end - 1]), (0.0, 1.0));
         for point in range.start..range.end - 1 {
             let step = groom.positions()[point].distance(groom.positions()[point + 1]);
-            let wanted = step / lengths[strand];
+            let wanted = step / length;
             assert!((arc[point + 1] - arc[point] - wanted).abs() < 1.0e-6);
             assert!(arc[point + 1] > arc[point]);
         }
@@ -188,6 +191,42 @@ fn tfx_round_trip_keeps_positions() {
         uneven.contains(".tfx wants the same number") && uneven.contains("write .hair"),
         "{uneven}"
     );
+}
+
+#[test]
+fn resampling_gives_equal_counts_on_the_same_curve() {
+    let groom = wild_groom(8, 20, false);
+    let (even, report) = groom.resampled(33).unwrap();
+    assert_eq!(
+        (even.strand_count(), even.point_count(), report.repairs()),
+        (20, 20 * 33, 0)
+    );
+    assert!(tfx_bytes(&even).is_ok());
+    for strand in 0..20 {
+        let (a, b) = (groom.strand(strand), even.strand(strand));
+        assert_eq!(groom.positions()[a.start], even.positions()[b.start]);
+        assert_eq!(groom.positions()[a.end - 1], even.positions()[b.end - 1]);
+        assert_eq!(groom.diameters()[a.end - 1], even.diameters()[b.end - 1]);
+    }
+    assert_eq!(even.resampled(33).unwrap().0, even);
+
+    // Every point lies on the refined curve, closer than a chord of it can miss.
+    let curve = RefinedGroom::new(&groom, 0.02);
+    for strand in 0..20 {
+        for &p in &even.positions()[even.strand(strand)] {
+            let nearest = curve.positions()[curve.strand(strand)]
+                .windows(2)
+                .map(|c| {
+                    let chord = c[1] - c[0];
+                    p.distance(
+                        c[0] + chord * ((p - c[0]).dot(chord) / chord.length_squared()).clamp(0.0, 1.0),
+                    )
+                })
+                .fold(f32::MAX, f32::min);
+            assert!(nearest < 2.0e-3, "{nearest} from the curve");
+        }
+    }
+    assert!(groom.resampled(1).unwrap_err().to_string().contains("at least 2"));
 }
 
 #[test]

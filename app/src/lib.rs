@@ -3,3 +3,8 @@
 //! `ui -> tool -> document -> paint -> render`: each room imports only what stands to its right.
 
 pub mod cli;
+pub mod document;
+pub mod paint;
+mod problem;
+
+pub use problem::Problem;

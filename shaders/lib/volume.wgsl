@@ -27,6 +27,9 @@ const OCCLUDER_CLEARANCE: f32 = 1.5;
 // The own strand is subtracted up to here; beyond it has left the ray or is one fibre among many.
 const OWN_REACH: f32 = 4.0;
 
+// Steps are one voxel near the start and this share of the distance further out.
+const STEP_GROWTH: f32 = 0.0625;
+
 // What a march leaves out: the fibre that its starting point lies on, straight on both sides of the point.
 struct OwnStrand {
     to_root: vec3f,          // unit vector towards the root; zero at the root
@@ -37,6 +40,7 @@ struct OwnStrand {
 // What the march meets in one step.
 struct Crossing {
     expected: f32,           // expected number of fibres crossed in this step
+    share: f32,              // chance p that one fibre of the voxel stops a path through it: m fibres let (1 - p)^m through
     sin2_theta: f32,         // mean squared sine of the inclination of w to the fibres (theta as in the fibre's frame)
     voxel: u32,              // stored voxel
     blocked: bool,           // the occluder stops the path here
@@ -96,11 +100,12 @@ fn own_share(own: OwnStrand, start: vec3f, low: vec3f, w: vec3f) -> vec2f {
     return share;
 }
 
-// Advances to the next voxel with content; false at the end of the volume. Steps are one voxel long, empty bricks are passed at once.
+// Advances to the next voxel with content; false at the end of the volume. Empty bricks are passed at once.
 fn march_next(m: ptr<function, Marcher>, crossing: ptr<function, Crossing>) -> bool {
     let last = vec3i(volume_grid.bricks) * BRICK_SIDE - 1;
     while ((*m).t < (*m).t_end) {
         let t = (*m).t;
+        let step = max(1.0, STEP_GROWTH * t);
         let p = (*m).start + t * (*m).w;
         let voxel = clamp(vec3i(floor(p)), vec3i(0), last);
         let brick = vec3u(voxel) / u32(BRICK_SIDE);
@@ -114,11 +119,11 @@ fn march_next(m: ptr<function, Marcher>, crossing: ptr<function, Crossing>) -> b
             let low = vec3f(brick * u32(BRICK_SIDE));
             let face = select(low, low + f32(BRICK_SIDE), (*m).inverse_w > vec3f(0.0));
             let to_face = (face - p) * (*m).inverse_w;
-            (*m).t = t + max(min(to_face.x, min(to_face.y, to_face.z)), 0.0) + 0.5;
+            (*m).t = t + max(min(to_face.x, min(to_face.y, to_face.z)), 0.0) + 0.5 * step;
             continue;
         }
 
-        (*m).t = t + 1.0;
+        (*m).t = t + step;
         let inside = vec3u(voxel) % u32(BRICK_SIDE);
         let stored = slot * BRICK_VOXELS + inside.x + u32(BRICK_SIDE) * (inside.y + u32(BRICK_SIDE) * inside.z);
         let words = volume_density[stored];
@@ -148,7 +153,9 @@ fn march_next(m: ptr<function, Marcher>, crossing: ptr<function, Crossing>) -> b
                 continue;
             }
         }
-        (*crossing).expected = sqrt(area.x * area.y);
+        let per_voxel = sqrt(area.x * area.y);
+        (*crossing).expected = step * per_voxel;
+        (*crossing).share = min(min(per_voxel, (*m).own.diameter), 0.9);
         (*crossing).sin2_theta = clamp(1.0 - area.y / area.x, 0.0, 1.0);
         (*crossing).voxel = stored;
         return true;
@@ -156,13 +163,21 @@ fn march_next(m: ptr<function, Marcher>, crossing: ptr<function, Crossing>) -> b
     return false;
 }
 
-// Expected number of fibres crossed from `start` (grid space) along w; counting stops above n_max, an occluder counts n_max.
+// -ln of the share of paths that a step lets through when each fibre takes the share `loss` of what meets it. Fibres in a voxel
+// are few and as wide as `share` of it, so this is more than the Poisson value expected * loss: expected / p fibres let (1 - p loss) each through.
+fn optical_depth(crossing: Crossing, loss: f32) -> f32 {
+    let p = crossing.share * loss;
+    return crossing.expected * loss * (1.0 + p * (0.5 + p / 3.0));
+}
+
+// Optical depth from `start` (grid space) along w: exp(-n) is the share of paths that cross no fibre; counting stops above n_max,
+// an occluder counts n_max.
 fn march(start: vec3f, w: vec3f, own: OwnStrand, n_max: f32) -> f32 {
     var m = march_begin(start, w, own, 0.0);
     var crossing: Crossing;
     var n = 0.0;
     while (n < n_max && march_next(&m, &crossing)) {
-        n = select(n + crossing.expected, n_max, crossing.blocked);
+        n = select(n + optical_depth(crossing, 1.0), n_max, crossing.blocked);
     }
     return min(n, n_max);
 }
@@ -175,11 +190,4 @@ fn turn_angle(point: u32, light: u32) -> f32 {
     x = (x ^ (x >> 15u)) * 0x846ca68bu;
     x = x ^ (x >> 16u);
     return f32(x >> 8u) * (6.283185307 / 16777216.0);
-}
-
-// A vector of the light's frame, turned by an angle with the given cosine and sine about the axis, in world space.
-fn world_from_lobe(light: LobeLight, local: vec3f, turn: vec2f) -> vec3f {
-    let x = turn.x * local.x - turn.y * local.y;
-    let y = turn.y * local.x + turn.x * local.y;
-    return light.tangent * x + light.bitangent * y + light.axis * local.z;
 }

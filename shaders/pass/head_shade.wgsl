@@ -36,8 +36,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         let frame = frames[j];
         let angle = turn_angle(vertex, j);
         let turn = vec2f(cos(angle), sin(angle));
-        for (var k = 0u; k < frame.direction_count; k++) {
-            let direction = directions[frame.first_direction + k];
+        for (var k = 0u; k < frame.path_count; k++) {
+            let direction = directions[frame.first_path + k];
             let w = world_from_lobe(frame, direction.local, turn);
             let cosine = dot(w, normal);
             if cosine <= 0.0 { continue; }

@@ -1,43 +1,21 @@
-// Strand shading: the radiance that every refined vertex sends to the camera under one batch of lights. One thread a vertex; batches add up.
+// Single scattering of every refined vertex to the camera under one batch of lights, on top of the multiple scattering of its groom points
+// (pass/shade_multiple.wgsl). One thread a vertex; batches add up.
 // Lights that stand for a uniform environment only weigh its exact integral by the share of them that is seen.
 
-//!use lib/types.wgsl
-//!use lib/refined.wgsl
+//!use lib/shade.wgsl
 //!use lib/light.wgsl
 //!use lib/single.wgsl
 //!use lib/lobe_light.wgsl
-
-struct ShadeUniform {
-    camera_position: vec3f,
-    vertex_count: u32,
-    constant: vec3f,           // radiance of the uniform environment that these lights stand for; 0: they are what they are
-    point_count: u32,
-    alpha_ratios: vec2f,       // TT, TRT to R
-    beta_ratios: vec2f,
-    terms: u32,                // TERM_ bits
-    first_light: u32,
-    light_count: u32,
-    first_record: u32,         // of first_light in the batch
-    adds: u32,                 // 0: the first dispatch of the frame
-    multiple: u32,             // 0: M2, 1: Zinke 2008
-}
-
-const TERM_R: u32 = 1u;
-const TERM_TT: u32 = 2u;
-const TERM_TRT: u32 = 4u;
-const TERM_MULTIPLE: u32 = 56u;
 
 @group(0) @binding(0) var<uniform> shade: ShadeUniform;
 @group(0) @binding(1) var<storage, read> vertices: array<RefinedVertex>;
 @group(0) @binding(2) var<storage, read> params: array<VertexParams>;
 @group(0) @binding(3) var<storage, read> lights: array<Light>;
 @group(0) @binding(4) var<storage, read> frames: array<LobeLight>;
-@group(0) @binding(5) var<storage, read> directions: array<LobeDirection>;
+@group(0) @binding(5) var<storage, read> tables: array<vec4f>;
 @group(0) @binding(6) var<storage, read> visibility: array<vec2u>;
-@group(0) @binding(7) var<storage, read> paths: array<vec4u>;
-@group(0) @binding(8) var<storage, read> averages_table: array<vec4f>;
-@group(0) @binding(9) var<storage, read_write> radiance: array<vec4f>;
-@group(0) @binding(10) var<storage, read> tables: array<vec4f>;
+@group(0) @binding(7) var<storage, read> multiple: array<vec4f>;         // per groom point
+@group(0) @binding(8) var<storage, read_write> radiance: array<vec4f>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
@@ -48,13 +26,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let next = min(point + 1u, shade.point_count - 1u);
     let fraction = vertex.source_fraction;
 
-    // The fibre and its frame: u along it, v the axis that eccentricity is measured from.
     let fibre = fibre_from_params(mixed_params(params[point], params[next], fraction), shade.alpha_ratios, shade.beta_ratios);
-    let local_from_world = transpose(mat3x3f(vertex.tangent, vertex.normal, cross(vertex.tangent, vertex.normal)));
+    let local_from_world = fibre_from_world(vertex);
     let view_angles = angles(local_from_world * normalize(shade.camera_position - vertex.position));
     let view = prepare_view(fibre, view_angles.x, view_angles.y);
 
-    var single = vec3f(0.0);
+    var out = vec3f(0.0);
     var seen = Lobes(vec3f(0.0), vec3f(0.0), vec3f(0.0));
     var unshadowed = Lobes(vec3f(0.0), vec3f(0.0), vec3f(0.0));
     for (var j = 0u; j < shade.light_count; j++) {
@@ -76,18 +53,18 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             seen = Lobes(seen.r + r, seen.tt + tt, seen.trt + trt);
             unshadowed = Lobes(unshadowed.r + lobes.r, unshadowed.tt + lobes.tt, unshadowed.trt + lobes.trt);
         } else {
-            single += light.radiance * chosen(Lobes(r, tt, trt));
+            out += light.radiance * chosen(Lobes(r, tt, trt));
         }
     }
     if any(shade.constant > vec3f(0.0)) {
         let exact = single_scattering_constant(view);
-        single += shade.constant * chosen(Lobes(
+        out += shade.constant * chosen(Lobes(
             exact.r * share(seen.r, unshadowed.r),
             exact.tt * share(seen.tt, unshadowed.tt),
             exact.trt * share(seen.trt, unshadowed.trt)));
     }
-    let before = select(vec3f(0.0), radiance[index].rgb, shade.adds != 0u);
-    radiance[index] = vec4f(before + single, 1.0);
+    let before = select(mix(multiple[point], multiple[next], fraction), radiance[index], shade.adds != 0u).rgb;
+    radiance[index] = vec4f(before + out, 1.0);
 }
 
 // The lobes that are asked for, added up.
@@ -104,24 +81,4 @@ fn share(part: vec3f, whole: vec3f) -> vec3f {
 // a, b of T(w) = a + b . (w - A w_j), world space.
 fn unpacked(record: vec2u) -> vec4f {
     return vec4f(unpack2x16float(record.x), unpack2x16float(record.y));
-}
-
-// (theta, phi) of a unit vector of the fibre's frame.
-fn angles(w: vec3f) -> vec2f {
-    return vec2f(asin(clamp(w.x, -1.0, 1.0)), atan2(w.z, w.y));
-}
-
-// Unit vector of (theta, phi) in the fibre's frame.
-fn direction(at: vec2f) -> vec3f {
-    return vec3f(sin(at.x), cos(at.x) * cos(at.y), cos(at.x) * sin(at.y));
-}
-
-fn mixed_params(a: VertexParams, b: VertexParams, t: f32) -> VertexParams {
-    return VertexParams(
-        mix(a.sigma_a, b.sigma_a, t),
-        mix(a.alpha_rad, b.alpha_rad, t),
-        mix(a.beta_rad, b.beta_rad, t),
-        mix(a.azimuthal_width, b.azimuthal_width, t),
-        mix(a.eta, b.eta, t),
-        mix(a.eccentricity, b.eccentricity, t));
 }

@@ -37,8 +37,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 
     var a = 0.0;
     var b = vec3f(0.0);
-    for (var k = 0u; k < light.direction_count; k++) {
-        let direction = directions[light.first_direction + k];
+    for (var k = 0u; k < light.visibility_count; k++) {
+        let direction = directions[light.first_visibility + k];
         let n = march(here.xyz, world_from_lobe(light, direction.local, turn), own, N_MAX);
         let transmittance = select(exp(-n), 0.0, n >= N_MAX);
         a += direction.weight_a * transmittance;

@@ -1,3 +1,178 @@
-//! The commands.
+//! The `balayage` command: one file a subcommand.
+//!
+//! Exit codes: 0 done, 1 input refused, 2 usage, 3 no usable GPU adapter.
 
+mod check;
+mod console;
+mod convert;
+mod fit;
+mod hair_option;
+mod light_options;
+mod paint;
 pub mod probe;
+mod render;
+
+use std::{
+    ffi::OsString,
+    io::{self, BufWriter, Write},
+};
+
+use balayage_render::{gpu::GpuError, groom::GroomError, image::PictureError};
+use clap::{Parser, Subcommand};
+
+use crate::{Problem, document::Document};
+pub use console::Console;
+
+/// Paint physically based hair.
+#[derive(Parser)]
+#[command(
+    name = "balayage",
+    version,
+    about,
+    subcommand_required = true,
+    arg_required_else_help = true
+)]
+struct Cli {
+    /// Print results as JSON.
+    #[arg(long, global = true)]
+    json: bool,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Render a picture of a project, a groom or the built-in sample.
+    Render(Box<render::RenderArgs>),
+    /// Apply strokes to a project or groom without a window.
+    Paint(paint::PaintArgs),
+    /// Check that a file can be read and say what is in it.
+    Check(check::CheckArgs),
+    /// Fit SRBF lights to an environment map.
+    Fit(fit::FitArgs),
+    /// Convert between groom formats.
+    Convert(convert::ConvertArgs),
+    /// Evaluate the scattering model at single points: JSON lines in, JSON lines out.
+    Probe(probe::Arguments),
+}
+
+/// Why a command stopped.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum CliError {
+    /// An input was refused.
+    #[error("{0}")]
+    Input(String),
+    /// The command line asks for something that cannot be.
+    #[error("{0}")]
+    Usage(String),
+    /// There is no GPU adapter.
+    #[error("{0}")]
+    NoGpu(String),
+    /// Standard output is gone.
+    #[error("writing the result: {0}; check where the output goes")]
+    Output(#[from] io::Error),
+}
+
+impl From<Problem> for CliError {
+    fn from(problem: Problem) -> Self {
+        Self::Input(problem.to_string())
+    }
+}
+
+impl From<GroomError> for CliError {
+    fn from(error: GroomError) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
+impl From<PictureError> for CliError {
+    fn from(error: PictureError) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
+impl From<GpuError> for CliError {
+    fn from(error: GpuError) -> Self {
+        match error {
+            GpuError::NoAdapter(_) | GpuError::NoDevice { .. } => Self::NoGpu(error.to_string()),
+            other => Self::Input(other.to_string()),
+        }
+    }
+}
+
+impl CliError {
+    fn exit_code(&self) -> u8 {
+        match self {
+            Self::Input(_) | Self::Output(_) => 1,
+            Self::Usage(_) => 2,
+            Self::NoGpu(_) => 3,
+        }
+    }
+}
+
+/// Runs the command line `args` (program name first) and returns its exit code.
+pub fn run<A: Into<OsString> + Clone>(
+    args: impl IntoIterator<Item = A>,
+    out: &mut dyn Write,
+    err: &mut dyn Write,
+) -> u8 {
+    let cli = match Cli::try_parse_from(args) {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version are answers, the rest is a complaint. A closed stream has nobody to tell.
+            if error.use_stderr() {
+                let _ = write!(err, "{error}");
+                return 2;
+            }
+            let _ = write!(out, "{error}");
+            return 0;
+        }
+    };
+    let mut console = Console::new(out, err, cli.json);
+    let result = match &cli.command {
+        Command::Render(args) => render::run(args, &mut console),
+        Command::Paint(args) => paint::run(args, &mut console),
+        Command::Check(args) => check::run(args, &mut console),
+        Command::Fit(args) => fit::run(args, &mut console),
+        Command::Convert(args) => convert::run(args, &mut console),
+        Command::Probe(args) => run_probe(args, &mut console),
+    };
+    match result {
+        Ok(()) => 0,
+        Err(error) => {
+            console.complain(&error.to_string());
+            error.exit_code()
+        }
+    }
+}
+
+/// Opens a project or groom and passes on what there is to know about it.
+fn open(
+    path: &std::path::Path,
+    metres_per_unit: Option<f32>,
+    console: &mut Console<'_>,
+) -> Result<Document, CliError> {
+    let opened = Document::open(path, metres_per_unit)?;
+    if opened.report.repairs() > 0 {
+        console.warn(&format!("{}: {}", path.display(), opened.report));
+    }
+    for warning in &opened.warnings {
+        console.warn(warning);
+    }
+    Ok(opened.document)
+}
+
+/// Answers the cases of standard input; lines that were refused are counted and make the command fail.
+fn run_probe(args: &probe::Arguments, console: &mut Console<'_>) -> Result<(), CliError> {
+    let mut out = BufWriter::new(console.stream());
+    let report = probe::run(args, io::stdin().lock(), &mut out)?;
+    drop(out);
+    if report.refused > 0 {
+        let text = format!(
+            "{} of {} lines were refused; each names its reason",
+            report.refused, report.lines
+        );
+        return Err(CliError::Input(text));
+    }
+    Ok(())
+}

@@ -8,10 +8,10 @@ use serde::Serialize;
 use super::camera::{Camera, CameraUniform};
 use super::head::{HeadBuffers, HeadPass, HeadShade, HeadTarget};
 use super::lights::{LightUniform, frame_lights};
-use super::raster::{PictureBuffers, Raster, ResolveUniform, ResolveInputs};
+use super::raster::{PictureBuffers, Raster, ResolveInputs, ResolveUniform};
 use super::shade::{ShadeInputs, ShadePass, ShadeSettings};
 use super::strands::StrandBuffers;
-use super::transmittance::{Transmittance, VolumeReport};
+use super::transmittance::{MeanFibre, Transmittance, VolumeReport};
 use super::view::{ViewPass, ViewTransform};
 use super::{Gpu, GpuError};
 use crate::groom::{DEFAULT_MAX_TURN_RAD, Groom, Mesh, RefinedGroom};
@@ -60,11 +60,17 @@ pub struct FrameReport {
 }
 
 impl FrameReport {
-    fn time<T>(&mut self, gpu: &Gpu, pass: &str, run: impl FnOnce(&mut Self) -> Result<T, GpuError>) -> Result<T, GpuError> {
+    fn time<T>(
+        &mut self,
+        gpu: &Gpu,
+        pass: &str,
+        run: impl FnOnce(&mut Self) -> Result<T, GpuError>,
+    ) -> Result<T, GpuError> {
         let start = Instant::now();
         let result = run(self)?;
         gpu.wait()?;
-        self.passes.push((pass.to_owned(), start.elapsed().as_secs_f64() * 1e3));
+        self.passes
+            .push((pass.to_owned(), start.elapsed().as_secs_f64() * 1e3));
         Ok(result)
     }
 
@@ -74,7 +80,11 @@ impl FrameReport {
 
     /// The counter of that name, 0 where the work was not done.
     pub fn counter(&self, name: &str) -> u64 {
-        self.counters.iter().filter(|(n, _)| n == name).map(|(_, v)| v).sum()
+        self.counters
+            .iter()
+            .filter(|(n, _)| n == name)
+            .map(|(_, v)| v)
+            .sum()
     }
 }
 
@@ -87,7 +97,11 @@ struct Stale {
 }
 
 impl Stale {
-    const ALL: Self = Self { head: true, shading: true, picture: true };
+    const ALL: Self = Self {
+        head: true,
+        shading: true,
+        picture: true,
+    };
 }
 
 /// Everything on the GPU that one view of one groom needs; a cache of what the caller owns.
@@ -148,8 +162,17 @@ impl Renderer {
             transmittance: Transmittance::new(gpu)?,
             scene: None,
             ratios: LobeRatios::default(),
-            lights: LightBuffers { set: LightSet::default(), lights: Vec::new(), buffer: gpu.storage("lights", 32)? },
-            background: Background { pixels: gpu.storage("background", 16)?, size: None, turn_rad: 0.0, scale: 1.0 },
+            lights: LightBuffers {
+                set: LightSet::default(),
+                lights: Vec::new(),
+                buffer: gpu.storage("lights", 32)?,
+            },
+            background: Background {
+                pixels: gpu.storage("background", 16)?,
+                size: None,
+                turn_rad: 0.0,
+                scale: 1.0,
+            },
             target: None,
             last: None,
             stale: Stale::ALL,
@@ -164,12 +187,23 @@ impl Renderer {
     pub fn set_groom(&mut self, groom: &Groom, head: Option<&Mesh>) -> Result<VolumeReport, GpuError> {
         let gpu = &self.gpu;
         let refined = RefinedGroom::new(groom, DEFAULT_MAX_TURN_RAD);
-        let occluder = head.map(|mesh| Occluder { positions: mesh.positions(), triangles: mesh.triangles() });
-        let report = self.transmittance.set_strands(gpu, &groom.into(), occluder.as_ref(), &VolumeSettings::default())?;
+        let occluder = head.map(|mesh| Occluder {
+            positions: mesh.positions(),
+            triangles: mesh.triangles(),
+        });
+        let report = self.transmittance.set_strands(
+            gpu,
+            &groom.into(),
+            occluder.as_ref(),
+            &VolumeSettings::default(),
+        )?;
         let (low, high) = groom.bounds();
         self.scene = Some(SceneBuffers {
             strands: StrandBuffers::new(gpu, &refined)?,
-            params: gpu.storage("vertex parameters", (size_of::<VertexParams>() * groom.point_count()) as u64)?,
+            params: gpu.storage(
+                "vertex parameters",
+                (size_of::<VertexParams>() * groom.point_count()) as u64,
+            )?,
             point_count: groom.point_count(),
             head: head.map(|mesh| HeadBuffers::new(gpu, mesh)).transpose()?,
             head_target: HeadTarget::new(gpu, [1, 1])?,
@@ -186,9 +220,16 @@ impl Renderer {
     /// [`GpuError::Refused`] when `params` has another length than the groom or a range lies outside.
     pub fn set_params(&mut self, params: &[VertexParams], dirty: &[Range<u32>]) -> Result<(), GpuError> {
         let whole = 0..params.len() as u32;
-        let dirty = if dirty.is_empty() { std::slice::from_ref(&whole) } else { dirty };
+        let dirty = if dirty.is_empty() {
+            std::slice::from_ref(&whole)
+        } else {
+            dirty
+        };
         let scene = self.scene.as_ref().filter(|scene| {
-            scene.point_count == params.len() && dirty.iter().all(|r| r.start <= r.end && r.end as usize <= params.len())
+            scene.point_count == params.len()
+                && dirty
+                    .iter()
+                    .all(|r| r.start <= r.end && r.end as usize <= params.len())
         });
         let Some(scene) = scene else {
             return Err(GpuError::Refused {
@@ -199,14 +240,17 @@ impl Renderer {
         for range in dirty {
             let slice = &params[range.start as usize..range.end as usize];
             let offset = u64::from(range.start) * size_of::<VertexParams>() as u64;
-            self.gpu.queue.write_buffer(&scene.params, offset, bytemuck::cast_slice(slice));
+            self.gpu
+                .queue
+                .write_buffer(&scene.params, offset, bytemuck::cast_slice(slice));
         }
-        self.transmittance.set_params(&scene.params);
+        self.transmittance
+            .set_params(&scene.params, MeanFibre::of(params, &self.ratios));
         self.stale.shading = true;
         Ok(())
     }
 
-    /// Takes the ratios of TT's and TRT's tilt and width to R's.
+    /// Takes the ratios of TT's and TRT's tilt and width to R's; parameters have to follow.
     pub fn set_ratios(&mut self, ratios: LobeRatios) {
         if self.ratios != ratios {
             self.ratios = ratios;
@@ -233,7 +277,11 @@ impl Renderer {
             self.transmittance.set_lights(&self.gpu, &lights)?;
         }
         let uniforms: Vec<_> = lights.iter().map(LightUniform::from).collect();
-        self.lights = LightBuffers { set: set.clone(), buffer: self.gpu.storage_of("lights", &uniforms)?, lights };
+        self.lights = LightBuffers {
+            set: set.clone(),
+            buffer: self.gpu.storage_of("lights", &uniforms)?,
+            lights,
+        };
         self.stale.head = true;
         self.stale.shading = true;
         Ok(())
@@ -273,17 +321,23 @@ impl Renderer {
     ) -> Result<FrameReport, GpuError> {
         let mut report = FrameReport::default();
         let gpu = self.gpu.clone();
-        let refused = |reason: &str| GpuError::Refused { what: "the picture".to_owned(), reason: reason.to_owned() };
+        let refused = |reason: &str| GpuError::Refused {
+            what: "the picture".to_owned(),
+            reason: reason.to_owned(),
+        };
         if size.contains(&0) {
             return Err(refused("it has no pixels"));
         }
         let scene = self.scene.as_mut().ok_or_else(|| refused("no groom was given"))?;
         let last = self.last.as_ref();
-        self.stale.shading |= last.is_none_or(|(c, _, s)| c.position() != camera.position() || s.shade != settings.shade);
+        self.stale.shading |=
+            last.is_none_or(|(c, _, s)| c.position() != camera.position() || s.shade != settings.shade);
         self.stale.picture |= self.stale.shading
             || self.stale.head
             || last.is_none_or(|(c, z, s)| {
-                c != camera || *z != size || (s.samples, s.show_background) != (settings.samples, settings.show_background)
+                c != camera
+                    || *z != size
+                    || (s.samples, s.show_background) != (settings.samples, settings.show_background)
             });
         let view_stale = self.stale.picture || last.is_none_or(|(_, _, s)| s != settings);
 
@@ -295,7 +349,13 @@ impl Renderer {
         }
         if let (true, Some(head)) = (self.stale.head, &scene.head) {
             report.time(&gpu, "head shading", |_| {
-                self.head_shade.run(&gpu, head, &self.transmittance, &self.lights.buffer, self.lights.lights.len());
+                self.head_shade.run(
+                    &gpu,
+                    head,
+                    &self.transmittance,
+                    &self.lights.buffer,
+                    self.lights.lights.len(),
+                );
                 Ok(())
             })?;
             report.count("head vertices shaded", u64::from(head.vertex_count));
@@ -314,7 +374,8 @@ impl Renderer {
                 self.shade.run(&gpu, &settings.shade, &scene.strands, &inputs)
             })?;
             report.count("vertices shaded", u64::from(scene.strands.vertex_count));
-            report.count("light evaluations", pairs);
+            report.count("single scattering evaluations", pairs.single);
+            report.count("multiple scattering evaluations", pairs.multiple);
         }
         if self.stale.picture {
             if self.target.as_ref().is_none_or(|target| target.size != size) {
@@ -324,17 +385,33 @@ impl Renderer {
                     scene.head_target = HeadTarget::new(&gpu, size)?;
                 }
             }
-            let target = self.target.as_ref().ok_or_else(|| refused("it was not allocated"))?;
+            let target = self
+                .target
+                .as_ref()
+                .ok_or_else(|| refused("it was not allocated"))?;
             let fragments = report.time(&gpu, "strand drawing", |_| {
-                draw_samples(&gpu, &mut self.raster, &self.head_pass, &self.background, scene, target, camera, settings)
+                draw_samples(
+                    &gpu,
+                    &mut self.raster,
+                    &self.head_pass,
+                    &self.background,
+                    scene,
+                    target,
+                    camera,
+                    settings,
+                )
             })?;
             report.count("fragments", fragments);
         }
         if view_stale {
-            let target = self.target.as_ref().ok_or_else(|| refused("it was not allocated"))?;
+            let target = self
+                .target
+                .as_ref()
+                .ok_or_else(|| refused("it was not allocated"))?;
             report.time(&gpu, "view", |_| {
                 let scale = settings.view_exposure_ev.exp2();
-                self.view.run(&gpu, target, settings.view, scale, settings.backdrop);
+                self.view
+                    .run(&gpu, target, settings.view, scale, settings.backdrop);
                 Ok(())
             })?;
         }
@@ -350,7 +427,11 @@ impl Renderer {
     pub fn picture(&self) -> Result<Picture, GpuError> {
         let target = self.drawn()?;
         let [width, height] = target.size.map(|n| n as usize);
-        Ok(Picture { width, height, pixels: self.gpu.read(&target.picture, width * height)? })
+        Ok(Picture {
+            width,
+            height,
+            pixels: self.gpu.read(&target.picture, width * height)?,
+        })
     }
 
     /// The last picture as it is shown, sRGB bytes with straight alpha.
@@ -381,14 +462,21 @@ impl Renderer {
     pub fn picks(&self) -> Result<PickMap, GpuError> {
         let target = self.drawn()?;
         let [width, height] = target.size;
-        Ok(PickMap { width, height, entries: self.gpu.read(&target.picks, width as usize * height as usize)? })
+        Ok(PickMap {
+            width,
+            height,
+            entries: self.gpu.read(&target.picks, width as usize * height as usize)?,
+        })
     }
 
     fn drawn(&self) -> Result<&PictureBuffers, GpuError> {
-        self.target.as_ref().filter(|_| self.last.is_some()).ok_or_else(|| GpuError::Refused {
-            what: "the picture".to_owned(),
-            reason: "no frame was drawn yet".to_owned(),
-        })
+        self.target
+            .as_ref()
+            .filter(|_| self.last.is_some())
+            .ok_or_else(|| GpuError::Refused {
+                what: "the picture".to_owned(),
+                reason: "no frame was drawn yet".to_owned(),
+            })
     }
 }
 
@@ -412,7 +500,13 @@ fn draw_samples(
     let mut fragments = 0;
     for sample in 0..samples {
         let jitter = subpixel(sample);
-        let uniform = CameraUniform::new(camera, target.size, jitter, scene.near, scene.strands.segment_count);
+        let uniform = CameraUniform::new(
+            camera,
+            target.size,
+            jitter,
+            scene.near,
+            scene.strands.segment_count,
+        );
         if let Some(head) = &scene.head {
             head_pass.draw(gpu, &uniform, head, &scene.head_target);
         }
@@ -469,6 +563,9 @@ impl PickMap {
             return None;
         }
         let [depth, segment] = self.entries[(y * self.width + x) as usize];
-        (segment > 0).then(|| Pick { depth: f32::from_bits(depth), segment: segment - 1 })
+        (segment > 0).then(|| Pick {
+            depth: f32::from_bits(depth),
+            segment: segment - 1,
+        })
     }
 }

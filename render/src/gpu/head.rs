@@ -244,7 +244,9 @@ impl HeadShade {
     /// # Errors
     /// [`GpuError::Refused`].
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        Ok(Self { kernel: Kernel::new(gpu, "pass/head_shade.wgsl", &[])? })
+        Ok(Self {
+            kernel: Kernel::new(gpu, "pass/head_shade.wgsl", &[])?,
+        })
     }
 
     /// Fills the head's radiance from the lights that `transmittance` and `lights` (the same ones) hold.
@@ -256,8 +258,14 @@ impl HeadShade {
         lights: &wgpu::Buffer,
         light_count: usize,
     ) {
-        let parts = (transmittance.volume_buffers(), transmittance.light_buffer(), transmittance.direction_buffer());
-        let (Some([grid, bricks, density]), Some(frames), Some(directions)) = parts else { return };
+        let parts = (
+            transmittance.volume_buffers(),
+            transmittance.light_buffer(),
+            transmittance.direction_buffer(),
+        );
+        let (Some([grid, bricks, density]), Some(frames), Some(directions)) = parts else {
+            return;
+        };
         let uniform = gpu.uniform_of(
             "head",
             &HeadUniform {

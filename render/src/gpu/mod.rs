@@ -12,7 +12,7 @@ mod shade;
 pub mod shader;
 pub mod strands;
 pub mod tables;
-pub mod transmittance;
+mod transmittance;
 pub mod view;
 
 pub use camera::{Camera, CameraFile};
@@ -20,4 +20,8 @@ pub use device::{Gpu, GpuError};
 pub use frame::{FrameReport, RenderSettings, Renderer};
 pub use kernel::{GROUP_SIZE, Kernel, fold_groups};
 pub use shade::{Multiple, Quality, ShadeSettings, Terms};
+pub use transmittance::{
+    AVERAGES_ENTRIES, LightBatch, MeanFibre, PATH_BYTES, Transmittance, TransmittanceReport,
+    VISIBILITY_BYTES, VolumeReport,
+};
 pub use view::ViewTransform;

@@ -53,6 +53,10 @@ pub const SOURCES: &[(&str, &str)] = &[
         include_str!("../../../shaders/lib/longitudinal.wgsl"),
     ),
     source("lib/maths.wgsl", include_str!("../../../shaders/lib/maths.wgsl")),
+    source(
+        "lib/multiple.wgsl",
+        include_str!("../../../shaders/lib/multiple.wgsl"),
+    ),
     source("lib/paths.wgsl", include_str!("../../../shaders/lib/paths.wgsl")),
     source(
         "lib/quality.wgsl",
@@ -62,6 +66,7 @@ pub const SOURCES: &[(&str, &str)] = &[
         "lib/refined.wgsl",
         include_str!("../../../shaders/lib/refined.wgsl"),
     ),
+    source("lib/shade.wgsl", include_str!("../../../shaders/lib/shade.wgsl")),
     source(
         "lib/single.wgsl",
         include_str!("../../../shaders/lib/single.wgsl"),
@@ -75,6 +80,10 @@ pub const SOURCES: &[(&str, &str)] = &[
     source(
         "lib/volume.wgsl",
         include_str!("../../../shaders/lib/volume.wgsl"),
+    ),
+    source(
+        "pass/averages.wgsl",
+        include_str!("../../../shaders/pass/averages.wgsl"),
     ),
     source(
         "pass/density_paint.wgsl",
@@ -96,6 +105,10 @@ pub const SOURCES: &[(&str, &str)] = &[
     source(
         "pass/shade.wgsl",
         include_str!("../../../shaders/pass/shade.wgsl"),
+    ),
+    source(
+        "pass/shade_multiple.wgsl",
+        include_str!("../../../shaders/pass/shade_multiple.wgsl"),
     ),
     source(
         "pass/strand_alloc.wgsl",

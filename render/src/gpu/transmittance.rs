@@ -8,7 +8,9 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 
 use super::{Gpu, GpuError, Kernel};
+use crate::gpu::tables::scattering_tables;
 use crate::light::SrbfLight;
+use crate::param::{LobeRatios, VertexParams};
 use crate::volume::lobe::{LobeDirection, LobeLight, lobe_tables};
 use crate::volume::{DensityVolume, Grid, Occluder, Strands, VolumeSettings};
 
@@ -18,8 +20,11 @@ pub const VISIBILITY_BYTES: u64 = 8;
 /// Bytes of a path record: T_f rgb, spread, 2 sum k rgb, n as eight half floats.
 pub const PATH_BYTES: u64 = 16;
 
-/// Entries of the table of averages: two per (absorption, inclination) of `shaders/lib/averages.wgsl`, one per absorption after them.
-pub const AVERAGES_ENTRIES: usize = 2 * 32 * 64 + 32;
+/// Nodes of the table of averages: 32 absorptions times 64 inclinations.
+const AVERAGES_NODES: u32 = 32 * 64;
+
+/// Entries of the table of averages: two per node of `shaders/lib/averages_table.wgsl`, one per absorption after them.
+pub const AVERAGES_ENTRIES: usize = 2 * AVERAGES_NODES as usize + 32;
 
 /// Records of consecutive lights, light-major: the record of light `j` at point `i` is number `(j - lights.start) * point_count + i`.
 pub struct LightBatch {
@@ -89,9 +94,46 @@ struct LightRun {
     padding: u32,
 }
 
+/// The fibre whose averages stand for the whole groom, whatever its absorption; same layout as `Fibre` in `shaders/lib/fibre.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct MeanFibre {
+    /// Not read: the table runs over absorption.
+    sigma_a: [f32; 3],
+    /// Index of refraction.
+    pub eta: f32,
+    /// Tilt of R, TT, TRT, radians.
+    pub alpha: [f32; 3],
+    /// Not read: the averages are a circular fibre's.
+    eccentricity: f32,
+    /// Standard deviation of R, TT, TRT in theta_h, radians.
+    pub beta: [f32; 3],
+    /// Azimuthal bandwidth w_c, radians.
+    pub azimuthal_width: f32,
+}
+
+impl MeanFibre {
+    /// Mean of all points' parameters; of the default parameters where there are none. beta is the root of the mean of beta^2.
+    pub fn of(params: &[VertexParams], ratios: &LobeRatios) -> Self {
+        let count = params.len().max(1) as f64;
+        let mean = |value: fn(&VertexParams) -> f64| params.iter().map(value).sum::<f64>() / count;
+        let alpha = mean(|p| f64::from(p.alpha_rad)) as f32;
+        let beta = mean(|p| f64::from(p.beta_rad).powi(2)).sqrt() as f32;
+        Self {
+            sigma_a: [0.0; 3],
+            eta: mean(|p| f64::from(p.eta)) as f32,
+            alpha: [alpha, alpha * ratios.alpha_tt, alpha * ratios.alpha_trt],
+            eccentricity: 1.0,
+            beta: [beta, beta * ratios.beta_tt, beta * ratios.beta_trt],
+            azimuthal_width: mean(|p| f64::from(p.azimuthal_width)) as f32,
+        }
+    }
+}
+
 /// What has to run again.
 #[derive(Clone, Copy, Default)]
 struct Stale {
+    averages: bool,
     paint: bool,
     visibility: bool,
     path: bool,
@@ -102,7 +144,10 @@ pub struct Transmittance {
     density_paint: Kernel,
     visibility: Kernel,
     path: Kernel,
+    averages_pass: Kernel,
     averages: wgpu::Buffer,
+    tables: wgpu::Buffer,
+    fibre: Option<MeanFibre>,
     volume: Option<VolumeBuffers>,
     params: Option<wgpu::Buffer>,
     lights: Option<LightBuffers>,
@@ -120,6 +165,9 @@ impl Transmittance {
             density_paint: Kernel::new(gpu, "pass/density_paint.wgsl", &[])?,
             visibility: Kernel::new(gpu, "pass/transmittance_visibility.wgsl", &[])?,
             path: Kernel::new(gpu, "pass/transmittance_path.wgsl", &[])?,
+            averages_pass: Kernel::new(gpu, "pass/averages.wgsl", &[])?,
+            tables: gpu.storage_of("scattering tables", &scattering_tables())?,
+            fibre: None,
             averages: gpu.storage(
                 "averages table",
                 (AVERAGES_ENTRIES * size_of::<[f32; 4]>()) as u64,
@@ -155,6 +203,7 @@ impl Transmittance {
             paint: true,
             visibility: true,
             path: true,
+            ..self.stale
         };
         Ok(VolumeReport {
             voxel_size: volume.grid.voxel_size,
@@ -165,9 +214,12 @@ impl Transmittance {
         })
     }
 
-    /// Takes the painted parameters, one `VertexParams` per point; call it again after every change of the buffer's content.
-    pub fn set_params(&mut self, params: &wgpu::Buffer) {
+    /// Takes the painted parameters, one `VertexParams` per point, and their mean; call it again after every change of the
+    /// buffer's content.
+    pub fn set_params(&mut self, params: &wgpu::Buffer, mean: MeanFibre) {
         self.params = Some(params.clone());
+        self.stale.averages |= self.fibre != Some(mean);
+        self.fibre = Some(mean);
         self.stale.paint = true;
         self.stale.path = true;
     }
@@ -198,6 +250,14 @@ impl Transmittance {
             return Ok(report);
         };
 
+        if let (true, Some(fibre)) = (self.stale.averages, &self.fibre) {
+            let fibre = gpu.uniform_of("mean fibre", fibre);
+            let bindings = self
+                .averages_pass
+                .bind(gpu, &[(0, &self.tables), (1, &fibre), (2, &self.averages)]);
+            self.averages_pass.run(gpu, &bindings, AVERAGES_NODES);
+            self.stale.averages = false;
+        }
         if let (true, Some(params)) = (self.stale.paint, &self.params) {
             self.run_paint(gpu, volume, params);
             report.painted_voxels = u64::from(volume.stored_voxels);
@@ -211,20 +271,17 @@ impl Transmittance {
         if self.batches.last().map_or(0, |batch| batch.lights.end) != light_count {
             self.batches = allocate_batches(gpu, volume.point_count, light_count)?;
         }
-        let rays: u64 = lights
-            .frames
-            .iter()
-            .map(|l| u64::from(l.direction_count))
-            .sum::<u64>()
-            * u64::from(volume.point_count);
+        let rays = |count: fn(&LobeLight) -> u32| {
+            lights.frames.iter().map(|l| u64::from(count(l))).sum::<u64>() * u64::from(volume.point_count)
+        };
         if self.stale.visibility {
             self.march_lights(gpu, volume, lights, Records::Visibility);
-            report.visibility_rays = rays;
+            report.visibility_rays = rays(|light| light.visibility_count);
             self.stale.visibility = false;
         }
         if self.stale.path && self.params.is_some() {
             self.march_lights(gpu, volume, lights, Records::Path);
-            report.path_rays = rays + u64::from(light_count) * u64::from(volume.point_count);
+            report.path_rays = rays(|light| light.path_count + 1);
             self.stale.path = false;
         }
         Ok(report)
@@ -245,7 +302,7 @@ impl Transmittance {
         self.lights.as_ref().map(|lights| &lights.directions)
     }
 
-    /// The table that `shaders/lib/averages.wgsl` looks up: [`AVERAGES_ENTRIES`] times four floats.
+    /// The table that `shaders/lib/averages_table.wgsl` looks up: [`AVERAGES_ENTRIES`] times four floats.
     pub fn averages_table(&self) -> &wgpu::Buffer {
         &self.averages
     }

@@ -103,7 +103,8 @@ impl Barber<'_> {
         let lead = &grown[leader];
         let step = line[0].distance(line[1]);
         let mut random = stream(settings.seed, STYLING, strand);
-        let shape = Curl::new(settings, leader, &mut random);
+        let below_top = -self.measure.depth * self.measure.height_depth(line[0]).x;
+        let shape = Curl::new(settings, leader, below_top, &mut random);
         let frizz = Frizz::new(settings, &mut random);
 
         // Strands of a lock keep a share of the distance that their roots have, in a random direction.
@@ -155,7 +156,9 @@ struct Curl {
 
 impl Curl {
     /// Strands of one lock curl nearly together.
-    fn new(settings: &GeneratorSettings, leader: usize, random: &mut Pcg64Mcg) -> Self {
+    ///
+    /// `below_top` is how far the root lies below the top of the head in metres: hair that hangs waves in step at equal heights.
+    fn new(settings: &GeneratorSettings, leader: usize, below_top: f32, random: &mut Pcg64Mcg) -> Self {
         let mut lock = stream(settings.seed, STYLING ^ 8, leader);
         let tau = std::f32::consts::TAU;
         let vary = |random: &mut Pcg64Mcg, amount: f32| 1.0 + amount * (2.0 * random.random::<f32>() - 1.0);
@@ -170,7 +173,9 @@ impl Curl {
             radius: radius * vary(&mut lock, 0.3) * vary(random, 0.15),
             roundness,
             rate,
-            phase: disorder * tau * lock.random::<f32>() + 0.7 * (random.random::<f32>() - 0.5),
+            phase: rate * below_top
+                + disorder * tau * lock.random::<f32>()
+                + 0.7 * (random.random::<f32>() - 0.5),
             opening,
         }
     }

@@ -13,6 +13,7 @@ mod hair;
 mod mesh;
 mod refined;
 mod report;
+mod resample;
 mod scalp;
 mod spline;
 mod tfx;

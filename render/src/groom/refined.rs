@@ -184,7 +184,7 @@ impl Strand {
         let mut frame = Frame::at_root(spline.position(0, 0.0), spline.tangent(0, 0.0));
         let mut push = |segment: usize, t: f64| {
             frame = frame.moved_to(spline.position(segment, t), spline.tangent(segment, t));
-            // A groom's point keeps its own bits; the last point of the strand is written as fraction 0 of itself.
+            // The tip is fraction 0 of itself, because it has no next point.
             let (point, t) = if t == 1.0 {
                 (segment + 1, 0.0)
             } else {
@@ -193,18 +193,10 @@ impl Strand {
             let next = (point + 1).min(source.len() - 1);
             let fraction = t as f32;
             refined.points.push(Point {
-                position: if t == 0.0 {
-                    source[point]
-                } else {
-                    frame.position.as_vec3()
-                },
+                position: frame.position.as_vec3(),
                 tangent: frame.tangent.as_vec3(),
                 normal: frame.normal.as_vec3(),
-                diameter: if t == 0.0 {
-                    diameters[point]
-                } else {
-                    diameters[point] + fraction * (diameters[next] - diameters[point])
-                },
+                diameter: diameters[point] + fraction * (diameters[next] - diameters[point]),
                 source_point: (range.start + point) as u32,
                 source_fraction: fraction,
             });

@@ -93,7 +93,7 @@ pub fn tfx_bytes(groom: &Groom) -> Result<Vec<u8>, GroomError> {
                 "strand {strand} has {} points and strand 0 has {points_per_strand}, but .tfx wants the same number everywhere",
                 groom.strand(strand).len()
             ),
-            "write .hair instead",
+            "write .hair instead or resample the strands",
         ));
     }
 

@@ -7,9 +7,10 @@ use glam::Vec3;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-use super::cells::{Cell, cells, uniform_radiance};
+use super::cells::{cells, uniform_radiance};
 use super::mixture::{self, Lobe};
-use super::refine::{Sight, Target, refine};
+use super::refine::{Effort, refine};
+use super::sight::{Sight, Target};
 use super::srbf::solid_angle;
 use super::{EnvironmentMap, HairKernel, HairProbe, LightSet, SrbfLight, luminance};
 
@@ -19,6 +20,9 @@ pub const MAX_LIGHTS: usize = 256;
 /// Bandwidths that the fit gives, radians-like.
 const BANDWIDTHS: std::ops::RangeInclusive<f64> = 0.02..=2.0;
 
+/// Narrowest bandwidth in rows of the map: below it a light would fall between the pixels that it is held against.
+const LEAST_ROWS_PER_LIGHT: f64 = 0.85;
+
 /// Rows of the cells that the mixture is seeded in, and of those that it ends in.
 const ROWS: [usize; 2] = [32, 64];
 
@@ -26,9 +30,19 @@ const ROWS: [usize; 2] = [32, 64];
 const COLD_STEPS: [usize; 2] = [20, 3];
 const WARM_STEPS: [usize; 2] = [3, 0];
 
-/// Steps of the refinement from a seed and from given lights.
-const COLD_REFINEMENT: usize = 30;
-const WARM_REFINEMENT: usize = 6;
+/// Refinement from a seed and from given lights; a changed map may have new suns, so that both can place lights anew.
+const COLD_REFINEMENT: Effort = Effort {
+    before: 16,
+    swaps: 4,
+    per_swap: 3,
+    after: 10,
+};
+const WARM_REFINEMENT: Effort = Effort {
+    before: 2,
+    swaps: 1,
+    per_swap: 2,
+    after: 2,
+};
 
 /// What the fit minimises.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -163,10 +177,10 @@ pub fn fit_lights(
         (COLD_STEPS, COLD_REFINEMENT)
     };
     let mut random = Pcg64Mcg::seed_from_u64(settings.seed);
-    let range = (
-        concentration_of(*BANDWIDTHS.end()),
-        concentration_of(*BANDWIDTHS.start()),
-    );
+    let narrowest = BANDWIDTHS
+        .start()
+        .max(LEAST_ROWS_PER_LIGHT * std::f64::consts::PI / map.height as f64);
+    let range = (concentration_of(*BANDWIDTHS.end()), concentration_of(narrowest));
     let mut lobes = mixture::seed(
         &coarse,
         warm.unwrap_or_default(),

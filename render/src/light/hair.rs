@@ -281,3 +281,49 @@ fn uniform_direction(random: &mut impl Rng) -> Vec3 {
     let radius = (1.0 - y * y).sqrt();
     DVec3::new(radius * phi.sin(), y, -radius * phi.cos()).as_vec3()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The kernel in float64, as it is written down.
+    fn exact(kernel: HairKernel, fibre: &Fibre, w: Vec3) -> f64 {
+        let normal =
+            |x: f64, sigma: f64| (-0.5 * (x / sigma).powi(2)).exp() / (sigma * std::f64::consts::TAU.sqrt());
+        let (u, o, w) = (fibre.tangent.as_dvec3(), fibre.view.as_dvec3(), w.as_dvec3());
+        let (theta_i, theta_o) = (w.dot(u).asin(), o.dot(u).asin());
+        let phi = (w - u * w.dot(u)).angle_between(o - u * o.dot(u));
+        let longitudinal = normal(
+            0.5 * (theta_i + theta_o),
+            f64::from(kernel.longitudinal_deg).to_radians(),
+        );
+        let forward = normal(
+            std::f64::consts::PI - phi,
+            f64::from(kernel.azimuthal_deg).to_radians(),
+        );
+        longitudinal * ((phi / 2.0).cos() / 4.0 + forward) * theta_i.cos()
+    }
+
+    #[test]
+    fn tables_stand_for_the_kernel() {
+        let map = EnvironmentMap {
+            width: 1,
+            height: 1,
+            pixels: vec![Vec3::ONE],
+        };
+        let mut random = Pcg64Mcg::seed_from_u64(3);
+        for longitudinal_deg in [4.0, 8.0] {
+            let kernel = HairKernel {
+                longitudinal_deg,
+                fibres: 50,
+                ..HairKernel::default()
+            };
+            let probe = HairProbe::unlit(&map, kernel);
+            for fibre in &probe.fibres {
+                let w = uniform_direction(&mut random);
+                let (table, exact) = (f64::from(probe.kernel(fibre, w)), exact(kernel, fibre, w));
+                assert!((table - exact).abs() < 2e-4 * exact + 1e-5, "{table} {exact}");
+            }
+        }
+    }
+}

@@ -73,7 +73,8 @@ impl LightSet {
 
             // A length far from one says that something else was written than a direction.
             let length = light.direction.length();
-            if !((length - 1.0).abs() <= UNIT_TOLERANCE) {
+            let is_unit = (length - 1.0).abs() <= UNIT_TOLERANCE;
+            if !is_unit {
                 let reason = format!("length {length} is not 1");
                 return Err(Refusal::new(
                     field("direction"),

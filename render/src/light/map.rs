@@ -103,7 +103,7 @@ impl EnvironmentMap {
             lowest: f32::INFINITY,
             ..MapReport::default()
         };
-        let channels = pixels.iter().flat_map(|pixel| pixel.to_array());
+        let channels = pixels.iter().flat_map(Vec3::to_array);
         let brightest = channels
             .filter(|value| *value <= MAX_RADIANCE)
             .fold(0.0, f32::max);

@@ -20,6 +20,7 @@ mod preset;
 mod preview;
 mod radiance_hdr;
 mod refine;
+mod sight;
 mod srbf;
 
 use glam::Vec3;

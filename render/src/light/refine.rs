@@ -4,54 +4,13 @@
 //! brightness: hair sees light through lobes at least that wide and is judged relative to its own radiance. Energies are the
 //! solution of a non-negative linear problem at every step; centres and concentrations are what the loop moves.
 
-use std::f64::consts::PI;
-
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::cells::Cell;
 use super::mixture::{Lobe, concentration, peak, resultant_length, resultant_slope};
 use super::nnls::{self, Solution};
-
-/// How finely the map is looked at, and whether relative to its surroundings.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Sight {
-    /// Bandwidth of the blur, radians.
-    pub blur: f64,
-    /// Bandwidth of the blur whose luminance the residual is relative to, radians; none for plain least squares.
-    pub surround: Option<f64>,
-    /// Points at which the residual is taken, a multiple of [`POINTS_PER_TASK`]; their distance should be about half the
-    /// blur's standard deviation.
-    pub points: usize,
-}
-
-impl Sight {
-    /// What hair sees.
-    pub const HAIR: Self = Self {
-        blur: 0.2,
-        surround: Some(0.5),
-        points: 8 * POINTS_PER_TASK,
-    };
-    /// Plain least squares, as fine as a loop over points affords.
-    pub const L2: Self = Self {
-        blur: 0.06,
-        surround: None,
-        points: 32 * POINTS_PER_TASK,
-    };
-}
-
-/// Brightness below which a place counts as this bright, relative to the mean of the map.
-const FLOOR: f64 = 1e-3;
-
-/// Points that one task takes; fixed, so that sums do not depend on the number of threads.
-const POINTS_PER_TASK: usize = 192;
-
-/// Weight of the relative error of the whole map's energy beside the RMS of the residual.
-const ENERGY_WEIGHT: f64 = 3.0;
-
-/// Exponent below which a lobe counts as zero.
-const NEGLIGIBLE: f64 = -30.0;
+use super::sight::{NEGLIGIBLE, POINTS_PER_TASK, Target};
 
 /// A lobe of unit integral after the blur, at concentration kappa'.
 struct Blurred {
@@ -81,6 +40,7 @@ impl Blurred {
     }
 
     /// Value at `x`, and the factor of its derivative by ln kappa.
+    #[inline]
     fn value(&self, x: DVec3) -> (f64, f64) {
         let exponent = self.kappa * (self.direction.dot(x) - 1.0);
         if exponent < NEGLIGIBLE {
@@ -90,93 +50,6 @@ impl Blurred {
         let by_peak = 1.0 - 2.0 * self.kappa / (2.0 * self.kappa).min(700.0).exp_m1();
         (self.peak * exponent.exp(), (exponent + by_peak) * self.slope)
     }
-}
-
-/// The blurred map at the points, and the weights of the residual there.
-pub(super) struct Target {
-    blur: f64,
-    points: Vec<DVec3>,
-    /// Weighted values of the blurred map, rgb after each other in columns.
-    values: DMatrix<f64>,
-    weights: Vec<f64>,
-    /// Integral of the map, rgb, times the weight of the energy row.
-    energy: DVec3,
-    energy_weight: f64,
-}
-
-impl Target {
-    /// Blurs a map given as cells; `None` where it holds no light.
-    pub fn new(cells: &[Cell], sight: Sight) -> Option<Self> {
-        let total: DVec3 = cells.iter().map(|cell| cell.energy).sum();
-        let mass: f64 = cells.iter().map(|cell| cell.mass).sum();
-        if mass <= 0.0 {
-            return None;
-        }
-        let points = sphere_points(sight.points);
-        let sources: Vec<_> = cells
-            .iter()
-            .map(|cell| (cell.mean.normalize_or_zero(), cell.energy))
-            .collect();
-        let blurred = spread(&points, &sources, sight.blur);
-
-        // Equal solid angles make the sum over points a mean over the sphere.
-        let mean = mass / (4.0 * PI);
-        let share = (sight.points as f64).sqrt();
-        let weights = match sight.surround {
-            None => vec![1.0 / (mean * share); sight.points],
-            Some(surround) => {
-                // The rest of the way from the narrow to the wide blur starts from the points themselves.
-                let rest = (surround * surround - sight.blur * sight.blur).sqrt();
-                let solid_angle = 4.0 * PI / sight.points as f64;
-                let sources: Vec<_> = points
-                    .iter()
-                    .zip(&blurred)
-                    .map(|(x, rgb)| (*x, *rgb * solid_angle))
-                    .collect();
-                let luminance = DVec3::new(0.2126, 0.7152, 0.0722);
-                let weight = |rgb: &DVec3| 1.0 / ((rgb.dot(luminance) + FLOOR * mean) * share);
-                spread(&points, &sources, rest).iter().map(weight).collect()
-            }
-        };
-        let values = DMatrix::from_fn(sight.points, 3, |i, c| blurred[i][c] * weights[i]);
-        let energy_weight = ENERGY_WEIGHT / mass;
-        Some(Self {
-            blur: sight.blur,
-            points,
-            values,
-            weights,
-            energy: total * energy_weight,
-            energy_weight,
-        })
-    }
-}
-
-/// Points spread evenly over the sphere (a Fibonacci spiral), each with the same solid angle.
-fn sphere_points(count: usize) -> Vec<DVec3> {
-    let golden = PI * (3.0 - 5.0_f64.sqrt());
-    let point = |i: usize| {
-        let y = 1.0 - (2.0 * i as f64 + 1.0) / count as f64;
-        let (sin, cos) = (golden * i as f64).sin_cos();
-        let radius = (1.0 - y * y).sqrt();
-        DVec3::new(radius * sin, y, radius * cos)
-    };
-    (0..count).map(point).collect()
-}
-
-/// Sum of point-like energies, each spread by an SRBF of the given bandwidth, at every point.
-fn spread(points: &[DVec3], sources: &[(DVec3, DVec3)], bandwidth: f64) -> Vec<DVec3> {
-    let kappa = 2.0 / (bandwidth * bandwidth);
-    let at = |x: &DVec3| {
-        let mut sum = DVec3::ZERO;
-        for (direction, energy) in sources {
-            let exponent = kappa * (direction.dot(*x) - 1.0);
-            if exponent > NEGLIGIBLE / 2.0 {
-                sum += *energy * exponent.exp();
-            }
-        }
-        sum * peak(kappa)
-    };
-    points.par_iter().map(at).collect()
 }
 
 /// All products of values, derivatives and target that one step needs.
@@ -191,10 +64,15 @@ struct Products {
 struct State {
     lobes: Vec<Lobe>,
     products: Products,
-    gram: DMatrix<f64>,
     solutions: Vec<Solution>,
     cost: f64,
 }
+
+/// Concentration of a lobe that is born: a bandwidth of 0.14 radians.
+const BIRTH: f64 = 100.0;
+
+/// Every this many points are tried as the place of a birth.
+const BIRTH_STRIDE: usize = 3;
 
 /// Derivatives per lobe: along both tangents (radians) and by ln kappa.
 const MOVES: usize = 3;
@@ -278,7 +156,6 @@ impl State {
         Self {
             lobes,
             products,
-            gram,
             solutions,
             cost,
         }
@@ -333,19 +210,60 @@ fn moved(lobes: &[Lobe], step: &DVector<f64>, blur: f64, range: (f64, f64)) -> V
     lobes.iter().enumerate().map(one).collect()
 }
 
-/// Moves centres, concentrations and energies towards the least blurred relative residual; `on_step` is told the share done and
-/// ends the work with an error.
+/// How long to refine: steps of Levenberg-Marquardt before, between and after swaps.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Effort {
+    pub before: usize,
+    pub swaps: usize,
+    pub per_swap: usize,
+    pub after: usize,
+}
+
+/// Moves centres, concentrations and energies towards the least blurred relative residual; now and then the lobe that matters
+/// least is put where the residual is largest, and stays there if that pays. `on_step` is told the share done and ends the work
+/// with an error.
 pub(super) fn refine<E>(
     target: &Target,
     lobes: Vec<Lobe>,
     range: (f64, f64),
-    steps: usize,
+    effort: Effort,
     on_step: impl Fn(f64) -> Result<(), E>,
 ) -> Result<Vec<Lobe>, E> {
-    let mut state = State::new(target, lobes);
+    let total = effort.before + effort.swaps * (1 + effort.per_swap) + effort.after;
+    let mut done = 0;
+    let mut on_step = || {
+        done += 1;
+        on_step((done - 1) as f64 / total as f64)
+    };
+    let mut state = descend(
+        target,
+        State::new(target, lobes),
+        range,
+        effort.before,
+        &mut on_step,
+    )?;
+    for _ in 0..effort.swaps {
+        on_step()?;
+        let swapped = State::new(target, swapped(target, &state));
+        let swapped = descend(target, swapped, range, effort.per_swap, &mut on_step)?;
+        if swapped.cost < state.cost {
+            state = swapped;
+        }
+    }
+    Ok(descend(target, state, range, effort.after, &mut on_step)?.lobes)
+}
+
+/// Steps of Levenberg-Marquardt.
+fn descend<E>(
+    target: &Target,
+    mut state: State,
+    range: (f64, f64),
+    steps: usize,
+    on_step: &mut impl FnMut() -> Result<(), E>,
+) -> Result<State, E> {
     let mut damping = 1e-2;
-    for step in 0..steps {
-        on_step(step as f64 / steps as f64)?;
+    for _ in 0..steps {
+        on_step()?;
         let (mut matrix, gradient) = state.normal_equations();
         let least = 1e-12 * matrix.diagonal().amax();
         for p in 0..gradient.len() {
@@ -366,5 +284,68 @@ pub(super) fn refine<E>(
             damping *= 6.0;
         }
     }
-    Ok(state.lobes)
+    Ok(state)
+}
+
+/// The lobes with the least useful one put where a new one would help most.
+fn swapped(target: &Target, state: &State) -> Vec<Lobe> {
+    // What the cost rises by when a lobe goes is its squared energy over the diagonal of the inverse normal matrix.
+    let mut use_of = vec![0.0; state.lobes.len()];
+    for solution in &state.solutions {
+        let Some(factor) = &solution.factor else { continue };
+        let inverse = factor.inverse();
+        for (j, k) in solution.free.iter().enumerate() {
+            use_of[*k] += solution.x[*k] * solution.x[*k] / inverse[(j, j)];
+        }
+    }
+    let weakest = (0..use_of.len())
+        .min_by(|j, k| use_of[*j].total_cmp(&use_of[*k]))
+        .unwrap_or(0);
+
+    // What it falls by when one comes is its squared correlation with the residual, over the channels where that is positive.
+    let residual = target.residual(&state.lobes);
+    let born = |direction: DVec3| Lobe {
+        direction,
+        kappa: BIRTH,
+        energy: DVec3::ONE,
+        mass: 1.0,
+    };
+    let gain = |x: &DVec3| {
+        let lobe = Blurred::new(&born(*x), target.blur);
+        let (mut correlation, mut norm) = (DVec3::ZERO, 0.0);
+        for ((point, weight), residual) in target.points.iter().zip(&target.weights).zip(&residual) {
+            let value = lobe.value(*point).0 * weight;
+            correlation += *residual * value;
+            norm += value * value;
+        }
+        correlation.max(DVec3::ZERO).length_squared() / norm
+    };
+    let candidates: Vec<&DVec3> = target.points.iter().step_by(BIRTH_STRIDE).collect();
+    let gains: Vec<f64> = candidates.par_iter().map(|x| gain(x)).collect();
+    let best = (0..gains.len())
+        .max_by(|i, j| gains[*i].total_cmp(&gains[*j]))
+        .unwrap_or(0);
+
+    let mut lobes = state.lobes.clone();
+    lobes[weakest] = born(*candidates[best]);
+    lobes
+}
+
+impl Target {
+    /// Weighted difference of map and lobes at the points, rgb.
+    fn residual(&self, lobes: &[Lobe]) -> Vec<DVec3> {
+        let blurred: Vec<(Blurred, DVec3)> = lobes
+            .iter()
+            .map(|lobe| (Blurred::new(lobe, self.blur), lobe.energy))
+            .collect();
+        let at = |i: usize| {
+            let fitted: DVec3 = blurred
+                .iter()
+                .map(|(lobe, energy)| *energy * lobe.value(self.points[i]).0)
+                .sum();
+            let wanted = DVec3::new(self.values[(i, 0)], self.values[(i, 1)], self.values[(i, 2)]);
+            wanted - fitted * self.weights[i]
+        };
+        (0..self.points.len()).into_par_iter().map(at).collect()
+    }
 }

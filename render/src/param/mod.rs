@@ -1,5 +1,7 @@
 //! What a user paints, per groom point, and what the shaders read of it.
 
+mod access;
+
 use bytemuck::{Pod, Zeroable};
 use serde::{Deserialize, Serialize};
 

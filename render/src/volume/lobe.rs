@@ -14,22 +14,30 @@ const PSEUDO_OBSERVATIONS: f64 = 3.0;
 /// Widest light, in bandwidth, that one direction stands for.
 pub const ONE_DIRECTION_BANDWIDTH: f32 = 0.2;
 
-/// A light's frame and its directions, same layout as `LobeLight` in `shaders/lib/volume.wgsl`.
+/// A light's frame and its two sets of directions, same layout as `LobeLight` in `shaders/lib/volume.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct LobeLight {
     /// Unit vector towards the light.
     pub axis: Vec3,
-    /// First of its directions.
-    pub first_direction: u32,
+    /// First of the directions that visibility is fitted to.
+    pub first_visibility: u32,
     /// Unit vector normal to `axis`.
     pub tangent: Vec3,
-    /// Number of its directions.
-    pub direction_count: u32,
+    /// Number of those.
+    pub visibility_count: u32,
     /// `axis` x `tangent`.
     pub bitangent: Vec3,
+    /// First of the directions along which multiple scattering is summed and shaded.
+    pub first_path: u32,
+    /// Number of those.
+    pub path_count: u32,
     /// Length A of the lobe's mean direction.
     pub mean_cosine: f32,
+    /// Bandwidth lambda.
+    pub bandwidth: f32,
+    /// Integral of G over the sphere.
+    pub solid_angle: f32,
 }
 
 /// One direction of a light, same layout as `LobeDirection` in `shaders/lib/volume.wgsl`.
@@ -42,7 +50,7 @@ pub struct LobeDirection {
     pub weight_a: f32,
     /// Weight of this direction's transmittance in b, light's frame.
     pub weight_b: Vec3,
-    /// Solid angle that the direction stands for: all of a light's sum to [`solid_angle`].
+    /// Solid angle that the direction stands for: all of a set sum to [`solid_angle`].
     pub solid_angle: f32,
 }
 
@@ -63,14 +71,23 @@ pub fn mean_cosine(bandwidth: f32) -> f64 {
     }
 }
 
-/// Number of directions that stand for a light: one up to a bandwidth of 0.2, eight from 0.6 on.
-pub fn direction_count(bandwidth: f32) -> usize {
+/// Number of directions that visibility is fitted to: one up to a bandwidth of 0.2, eight from 0.6 on.
+pub fn visibility_count(bandwidth: f32) -> usize {
     match bandwidth {
         ..=ONE_DIRECTION_BANDWIDTH => 1,
         ..=0.3 => 3,
         ..=0.45 => 4,
         ..=0.6 => 6,
         _ => 8,
+    }
+}
+
+/// Number of directions for multiple scattering, which is smoother: one up to a bandwidth of 0.35, six above 0.7.
+pub fn path_count(bandwidth: f32) -> usize {
+    match bandwidth {
+        ..=0.35 => 1,
+        ..=0.7 => 3,
+        _ => 6,
     }
 }
 
@@ -111,18 +128,22 @@ pub fn lobe_tables(lights: &[SrbfLight]) -> (Vec<LobeLight>, Vec<LobeDirection>)
         .map(|light| {
             let axis = light.direction.normalize();
             let (tangent, bitangent) = frame(axis);
-            let first_direction = table.len() as u32;
-            table.extend(fitted_directions(
-                light.bandwidth,
-                direction_count(light.bandwidth),
-            ));
+            let (visibility, path) = (visibility_count(light.bandwidth), path_count(light.bandwidth));
+            let first_visibility = table.len() as u32;
+            table.extend(fitted_directions(light.bandwidth, visibility));
+            let first_path = table.len() as u32;
+            table.extend(fitted_directions(light.bandwidth, path));
             LobeLight {
                 axis,
-                first_direction,
+                first_visibility,
                 tangent,
-                direction_count: table.len() as u32 - first_direction,
+                visibility_count: visibility as u32,
                 bitangent,
+                first_path,
+                path_count: path as u32,
                 mean_cosine: mean_cosine(light.bandwidth) as f32,
+                bandwidth: light.bandwidth,
+                solid_angle: solid_angle(light.bandwidth) as f32,
             }
         })
         .collect();
@@ -220,7 +241,7 @@ mod tests {
     #[test]
     fn the_fit_reproduces_a_constant_and_shrinks_a_slope() {
         for bandwidth in BANDWIDTHS {
-            let count = direction_count(bandwidth);
+            let count = visibility_count(bandwidth);
             let table = fitted_directions(bandwidth, count);
             let omega: f64 = table.iter().map(|d| f64::from(d.solid_angle)).sum();
             assert!((omega / solid_angle(bandwidth) - 1.0).abs() < 1e-5);

@@ -1,0 +1,54 @@
+//! The options that choose the light, shared by everything that renders.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::document::{Document, Environment, LightSettings};
+
+/// Which light, how it is turned and exposed; what is not given stays as the project has it.
+#[derive(Args)]
+pub(super) struct LightOptions {
+    /// Environment map (.hdr, .exr).
+    #[arg(long, value_name = "MAP", conflicts_with = "lights")]
+    env: Option<PathBuf>,
+    /// SRBF lights that are fitted to the map [default: 40].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    light_count: Option<u32>,
+    /// Light list.
+    #[arg(long, value_name = "LIGHTS.json")]
+    lights: Option<PathBuf>,
+    /// Rotation of the environment about the vertical axis, degrees.
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = finite)]
+    rotate: Option<f32>,
+    /// Exposure in stops.
+    #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = finite)]
+    exposure: Option<f32>,
+}
+
+/// A number that is neither NaN nor infinite.
+pub(super) fn finite(text: &str) -> Result<f32, String> {
+    let x: f32 = text.parse().map_err(|e| format!("{e}"))?;
+    if x.is_finite() {
+        Ok(x)
+    } else {
+        Err("the number is not finite".to_owned())
+    }
+}
+
+impl LightOptions {
+    /// The document's light with the options applied.
+    pub(super) fn applied_to(&self, document: &Document) -> LightSettings {
+        let mut light = document.project().light.clone();
+        if let Some(map) = &self.env {
+            light.environment = Environment::Map(document.reference_to(map));
+        }
+        if let Some(lights) = &self.lights {
+            light.environment = Environment::Lights(document.reference_to(lights));
+        }
+        light.light_count = self.light_count.unwrap_or(light.light_count);
+        light.rotation_deg = self.rotate.unwrap_or(light.rotation_deg);
+        light.exposure_ev = self.exposure.unwrap_or(light.exposure_ev);
+        light
+    }
+}

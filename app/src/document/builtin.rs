@@ -1,0 +1,34 @@
+//! Files inside the program: what `builtin:` names in a project.
+
+/// A path of a project that starts like this names a file inside the program.
+const PREFIX: &str = "builtin:";
+
+const FILES: &[(&str, &[u8])] = &[
+    (
+        "grooms/wavy-bob.hair",
+        include_bytes!("../../../projects/grooms/wavy-bob.hair"),
+    ),
+    ("head.obj", include_bytes!("../../../projects/head.obj")),
+];
+
+/// The bytes that `reference` names, if it names a file inside the program that exists.
+pub(super) fn bytes(reference: &str) -> Option<&'static [u8]> {
+    let name = reference.strip_prefix(PREFIX)?;
+    FILES
+        .iter()
+        .find(|(file, _)| *file == name)
+        .map(|(_, bytes)| *bytes)
+}
+
+/// `path` of a project beside the built-in files, as a reference to the built-in file where there is one.
+pub(super) fn reference_to(path: &str) -> String {
+    let builtin = format!("{PREFIX}{path}");
+    if bytes(&builtin).is_some() {
+        builtin
+    } else {
+        path.to_owned()
+    }
+}
+
+/// The text of the sample project.
+pub(super) const SAMPLE: &str = include_str!("../../../projects/wavy-bob.json");

@@ -1,0 +1,157 @@
+//! What a project may hold: every number finite and in its range, every name unique.
+
+use std::ops::RangeInclusive;
+
+use glam::Mat3;
+
+use super::project::{
+    CameraPose, Environment, HairSettings, Layer, LightSettings, MAX_LAYERS, PROJECT_VERSION, Project,
+};
+use crate::{Problem, paint};
+
+/// Refuses a number outside `range`, NaN and infinities included.
+fn within(place: &str, x: f32, range: RangeInclusive<f32>) -> Result<(), Problem> {
+    if range.contains(&x) {
+        return Ok(());
+    }
+    let (low, high) = range.into_inner();
+    Err(Problem::at(
+        place,
+        format!("{x} is out of range"),
+        format!("give a number from {low} to {high}"),
+    ))
+}
+
+/// Checks a whole project.
+pub(super) fn check_project(project: &Project) -> Result<(), Problem> {
+    if project.version == 0 || project.version > PROJECT_VERSION {
+        return Err(Problem::at(
+            "version",
+            format!(
+                "project version {} is not one of 1 to {PROJECT_VERSION}",
+                project.version
+            ),
+            "open it with a newer Balayage",
+        ));
+    }
+    if project.groom.path.is_empty() {
+        return Err(Problem::at(
+            "groom.path",
+            "no groom is named",
+            "name a .hair or .tfx file",
+        ));
+    }
+    if let Some(metres) = project.groom.metres_per_unit {
+        within("groom.metres_per_unit", metres, 1e-6..=1e6)?;
+    }
+    check_light(&project.light)?;
+    if let Some(camera) = &project.camera {
+        check_camera(camera).map_err(|p| Problem {
+            place: format!("camera.{}", p.place),
+            ..p
+        })?;
+    }
+    check_hair(&project.hair)?;
+    check_layers(&project.layers)?;
+    paint::check_operations(&project.operations)
+}
+
+/// Checks what lights the hair.
+pub(super) fn check_light(light: &LightSettings) -> Result<(), Problem> {
+    if !(1..=1024).contains(&light.light_count) {
+        let reason = format!("{} lights", light.light_count);
+        return Err(Problem::at(
+            "light.light_count",
+            reason,
+            "ask for 1 to 1024 lights",
+        ));
+    }
+    within("light.rotation_deg", light.rotation_deg, -36_000.0..=36_000.0)?;
+    within("light.exposure_ev", light.exposure_ev, -30.0..=30.0)?;
+    match &light.environment {
+        Environment::Sky => Ok(()),
+        Environment::Constant(rgb) => rgb
+            .iter()
+            .try_for_each(|x| within("light.environment.constant", *x, 0.0..=1e6)),
+        Environment::Map(path) | Environment::Lights(path) if path.is_empty() => Err(Problem::at(
+            "light.environment",
+            "the path is empty",
+            "name a file or choose \"sky\"",
+        )),
+        Environment::Map(_) | Environment::Lights(_) => Ok(()),
+    }
+}
+
+/// Checks the parameters of unpainted hair.
+pub(crate) fn check_hair(hair: &HairSettings) -> Result<(), Problem> {
+    if let Some((channel, value)) = hair.base.known.out_of_range() {
+        return within(&format!("hair.base.{}", channel.name()), value, channel.range());
+    }
+    let ratios = &hair.ratios.known;
+    within("hair.ratios.alpha_tt", ratios.alpha_tt, -100.0..=100.0)?;
+    within("hair.ratios.alpha_trt", ratios.alpha_trt, -100.0..=100.0)?;
+    within("hair.ratios.beta_tt", ratios.beta_tt, 0.01..=100.0)?;
+    within("hair.ratios.beta_trt", ratios.beta_trt, 0.01..=100.0)?;
+    match hair.diameter {
+        Some(diameter) => within("hair.diameter", diameter, 1e-9..=1e6),
+        None => Ok(()),
+    }
+}
+
+/// Checks the list of layers.
+pub(super) fn check_layers(layers: &[Layer]) -> Result<(), Problem> {
+    if layers.len() > MAX_LAYERS {
+        let reason = format!("{} layers", layers.len());
+        return Err(Problem::at("layers", reason, format!("use at most {MAX_LAYERS}")));
+    }
+    for (i, layer) in layers.iter().enumerate() {
+        let place = |field: &str| format!("layers[{i}].{field}");
+        if layer.id.is_empty() {
+            return Err(Problem::at(
+                place("id"),
+                "the layer's id is empty",
+                "give every layer an id",
+            ));
+        }
+        if layers[..i].iter().any(|other| other.id == layer.id) {
+            let reason = format!("a second layer has the id \"{}\"", layer.id);
+            return Err(Problem::at(
+                place("id"),
+                reason,
+                "give every layer an id of its own",
+            ));
+        }
+        within(&place("opacity"), layer.opacity, 0.0..=1.0)?;
+    }
+    Ok(())
+}
+
+/// Checks that a camera is a rigid motion (with one scale) and a usable field of view.
+///
+/// # Errors
+/// Names the field.
+pub fn check_camera(camera: &CameraPose) -> Result<(), Problem> {
+    within("fov_y_deg", camera.fov_y_deg, 0.1..=170.0)?;
+    let rows = camera.world_from_camera;
+    rows.iter()
+        .flatten()
+        .try_for_each(|x| within("world_from_camera", *x, -1e6..=1e6))?;
+    let problem = |reason: &str, remedy: &str| Err(Problem::at("world_from_camera", reason, remedy));
+    if rows[3] != [0.0, 0.0, 0.0, 1.0] {
+        return problem(
+            "the last row is not 0, 0, 0, 1",
+            "write the matrix row after row, for column vectors",
+        );
+    }
+    let linear = Mat3::from_cols_array_2d(&std::array::from_fn(|c| std::array::from_fn(|r| rows[r][c])));
+    let gram = linear.transpose() * linear;
+    let rigid = gram.abs_diff_eq(Mat3::IDENTITY, 1e-3) && linear.determinant() > 0.0;
+    if rigid {
+        Ok(())
+    } else {
+        problem(
+            "the upper 3x3 block is no rotation",
+            "give it orthonormal columns",
+        )
+    }
+}

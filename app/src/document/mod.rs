@@ -1,0 +1,240 @@
+//! The document: a groom, a project and what they amount to. Only the document changes itself, through [`Edit`]s.
+//!
+//! The painted values are a pure function of groom and project. Painting keeps them up to date point by point; the result
+//! is bit for bit that of a replay.
+
+mod builtin;
+mod check;
+mod compose;
+mod edit;
+pub mod files;
+mod history;
+pub mod json;
+mod lighting;
+mod open;
+mod project;
+
+use std::{path::PathBuf, sync::Arc};
+
+use balayage_render::{
+    groom::Groom,
+    param::{PointValues, VertexParams},
+};
+use rayon::prelude::*;
+
+pub use check::check_camera;
+pub(crate) use check::check_hair;
+pub use edit::{Changes, Edit};
+pub use history::DEFAULT_HISTORY_BYTES;
+pub use lighting::{Lighting, map_warnings};
+pub use open::{MAX_PROJECT_BYTES, Opened};
+pub use project::{
+    Blend, CameraPose, Environment, GroomReference, HairSettings, HeadReference, Layer, LightSettings,
+    MAX_LAYERS, Open, PROJECT_VERSION, Project,
+};
+
+use crate::{
+    Problem,
+    paint::{DirtyRanges, LayerMaps, LiveStroke, Operation, StrandIndex},
+};
+use history::History;
+
+/// An open project with its painted values and its history.
+pub struct Document {
+    index: Arc<StrandIndex>,
+    project: Project,
+    /// Where the project is saved; none for one that never was.
+    path: Option<PathBuf>,
+    /// The folder that the project's paths count from.
+    folder: PathBuf,
+    /// What the strokes of each layer amount to, in the order of the project's layers.
+    layers: Vec<LayerMaps>,
+    values: Vec<PointValues>,
+    params: Vec<VertexParams>,
+    history: History,
+    saved_state: u64,
+    /// The stroke under way and the index of its layer.
+    live: Option<(usize, LiveStroke)>,
+}
+
+impl Document {
+    /// The document of `project` on `groom`; the project's paths count from `folder`.
+    ///
+    /// # Errors
+    /// The project's first field that is out of range.
+    pub fn new(groom: Arc<Groom>, mut project: Project, folder: PathBuf) -> Result<Self, Problem> {
+        project.add_missing_layers();
+        check::check_project(&project)?;
+        let mut document = Self {
+            index: Arc::new(StrandIndex::new(groom)),
+            project,
+            path: None,
+            folder,
+            layers: Vec::new(),
+            values: Vec::new(),
+            params: Vec::new(),
+            history: History::new(),
+            saved_state: 0,
+            live: None,
+        };
+        document.layers = document
+            .project
+            .layers
+            .iter()
+            .map(|layer| document.replayed(&layer.id))
+            .collect();
+        let count = document.groom().point_count();
+        document.values = vec![document.project.hair.base.known; count];
+        document.params = vec![
+            document
+                .project
+                .hair
+                .base
+                .known
+                .vertex_params(document.project.hair.pigments);
+            count
+        ];
+        document.recompose(&DirtyRanges::all(count));
+        Ok(document)
+    }
+
+    /// The groom.
+    pub fn groom(&self) -> &Arc<Groom> {
+        self.index.groom()
+    }
+
+    /// The groom with the project's fibre diameter.
+    ///
+    /// # Errors
+    /// A diameter that the groom refuses.
+    pub fn groom_as_drawn(&self) -> Result<Arc<Groom>, Problem> {
+        let groom = self.groom();
+        let Some(diameter) = self.project.hair.diameter else {
+            return Ok(groom.clone());
+        };
+        let strands = (0..groom.strand_count()).map(|strand| &groom.positions()[groom.strand(strand)]);
+        let (drawn, _) = Groom::from_strands(strands, diameter, groom.metres_per_unit())
+            .map_err(|e| Problem::at("hair.diameter", e.to_string(), "give another diameter"))?;
+        Ok(Arc::new(drawn))
+    }
+
+    /// The groom's points as a brush sees them.
+    pub fn index(&self) -> &Arc<StrandIndex> {
+        &self.index
+    }
+
+    /// The project as it would be saved, without a stroke under way.
+    pub fn project(&self) -> &Project {
+        &self.project
+    }
+
+    /// Where the project is saved.
+    pub fn path(&self) -> Option<&std::path::Path> {
+        self.path.as_deref()
+    }
+
+    /// The painted channels of every groom point.
+    pub fn values(&self) -> &[PointValues] {
+        &self.values
+    }
+
+    /// What the shaders read of every groom point.
+    pub fn params(&self) -> &[VertexParams] {
+        &self.params
+    }
+
+    /// The file that a path of the project names.
+    pub fn resolve(&self, reference: &str) -> PathBuf {
+        files::resolve(reference, &self.folder)
+    }
+
+    /// `file` as the project would name it.
+    pub fn reference_to(&self, file: &std::path::Path) -> String {
+        files::relative(file, &self.folder)
+    }
+
+    /// True where something would be lost if the document was closed now.
+    pub fn is_modified(&self) -> bool {
+        self.history.state() != self.saved_state || self.live.is_some()
+    }
+
+    /// What undo would take back.
+    pub fn undo_label(&self) -> Option<&str> {
+        self.history.undo.last().map(|entry| entry.label.as_str())
+    }
+
+    /// What redo would do again.
+    pub fn redo_label(&self) -> Option<&str> {
+        self.history.redo.last().map(|entry| entry.label.as_str())
+    }
+
+    /// Limits the memory that strokes keep for quick undo, in bytes.
+    pub fn set_history_bytes(&mut self, max_bytes: usize) {
+        self.history.set_max_bytes(max_bytes);
+    }
+
+    /// Moves the camera; a view is no edit.
+    ///
+    /// # Errors
+    /// A matrix that is no rigid motion, a field of view out of range.
+    pub fn set_camera(&mut self, camera: Option<CameraPose>) -> Result<(), Problem> {
+        camera.as_ref().map_or(Ok(()), check_camera)?;
+        self.project.camera = camera;
+        Ok(())
+    }
+
+    /// Index of the layer `id`.
+    fn layer_index(&self, id: &str) -> Result<usize, Problem> {
+        self.project
+            .layers
+            .iter()
+            .position(|layer| layer.id == id)
+            .ok_or_else(|| {
+                Problem::at(
+                    "layer",
+                    format!("no layer has the id \"{id}\""),
+                    "add the layer first",
+                )
+            })
+    }
+
+    /// The maps of the layer `id`, from its operations.
+    fn replayed(&self, id: &str) -> LayerMaps {
+        LayerMaps::replay(&self.index, self.operations_of(id))
+    }
+
+    fn operations_of<'a>(&'a self, id: &'a str) -> impl Iterator<Item = &'a Operation> + 'a {
+        self.project
+            .operations
+            .iter()
+            .filter(move |operation| operation.layer == id)
+    }
+
+    /// Brings values and parameters of the points in `dirty` up to date; returns those that changed.
+    fn recompose(&mut self, dirty: &DirtyRanges) -> DirtyRanges {
+        let hair = &self.project.hair;
+        let (layers, maps) = (&self.project.layers, &self.layers);
+        let composed = |point: u32| {
+            let values = compose::compose(&hair.base.known, layers.iter().zip(maps), point as usize);
+            (values, values.vertex_params(hair.pigments))
+        };
+        let mut changed = Vec::new();
+        for range in dirty.ranges() {
+            let new: Vec<_> = range
+                .clone()
+                .into_par_iter()
+                .with_min_len(1024)
+                .map(composed)
+                .collect();
+            for (point, (values, params)) in range.clone().zip(new) {
+                let p = point as usize;
+                if self.values[p] != values || self.params[p] != params {
+                    self.values[p] = values;
+                    self.params[p] = params;
+                    changed.push(point);
+                }
+            }
+        }
+        DirtyRanges::of_points(changed)
+    }
+}

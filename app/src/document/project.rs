@@ -1,0 +1,271 @@
+//! The project file: everything that a picture depends on, as JSON.
+
+use balayage_render::param::{LobeRatios, PigmentSet, PointValues};
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    Problem,
+    paint::{Extra, Operation},
+};
+
+/// The version of the project file that this program writes.
+pub const PROJECT_VERSION: u32 = 1;
+
+/// Layers above this number are refused: each may take memory for every point of the groom.
+pub const MAX_LAYERS: usize = 100;
+
+/// A known structure and the fields beside it that this version does not know.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Open<T> {
+    /// The known fields.
+    #[serde(flatten)]
+    pub known: T,
+    /// The unknown ones, kept over a save.
+    #[serde(flatten)]
+    pub extra: Extra,
+}
+
+impl<T> From<T> for Open<T> {
+    fn from(known: T) -> Self {
+        Self {
+            known,
+            extra: Extra::new(),
+        }
+    }
+}
+
+/// A project. Paths are relative to the folder of the project file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Project {
+    /// [`PROJECT_VERSION`].
+    pub version: u32,
+    /// The strands.
+    pub groom: GroomReference,
+    /// The head that is drawn and casts shadows; null for none.
+    #[serde(default)]
+    pub head: Option<HeadReference>,
+    /// What lights them.
+    #[serde(default)]
+    pub light: LightSettings,
+    /// Where they are seen from; null frames the hair.
+    #[serde(default)]
+    pub camera: Option<CameraPose>,
+    /// Unpainted parameters.
+    #[serde(default)]
+    pub hair: HairSettings,
+    /// The layers, lowest first.
+    #[serde(default)]
+    pub layers: Vec<Layer>,
+    /// Every stroke, first applied first; the list of a stroke file.
+    #[serde(default)]
+    pub operations: Vec<Operation>,
+    /// Unknown fields.
+    #[serde(flatten)]
+    pub extra: Extra,
+}
+
+/// Which groom the strokes belong to.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GroomReference {
+    /// Path of the groom file.
+    pub path: String,
+    /// Its content hash when the project was saved; null accepts any content.
+    #[serde(default)]
+    pub hash: Option<String>,
+    /// Metres per unit of the file; null guesses from its size.
+    #[serde(default)]
+    pub metres_per_unit: Option<f32>,
+    /// Unknown fields.
+    #[serde(flatten)]
+    pub extra: Extra,
+}
+
+/// A head in the groom's space.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HeadReference {
+    /// Path of the OBJ file, in the groom's unit.
+    pub path: String,
+    /// Unknown fields.
+    #[serde(flatten)]
+    pub extra: Extra,
+}
+
+/// Where light comes from.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Environment {
+    /// A gradient sky with a sun.
+    #[default]
+    Sky,
+    /// The same radiance from everywhere, linear Rec.709.
+    Constant([f32; 3]),
+    /// Path of an equirectangular map, Radiance or OpenEXR.
+    Map(String),
+    /// Path of a light list.
+    Lights(String),
+}
+
+/// The environment and how it is used.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct LightSettings {
+    /// Where light comes from.
+    pub environment: Environment,
+    /// SRBF lights that are fitted to a map.
+    pub light_count: u32,
+    /// Rotation about the vertical axis, degrees; positive turns the map's centre towards its right edge.
+    pub rotation_deg: f32,
+    /// Exposure in stops: radiance times 2 to this power.
+    pub exposure_ev: f32,
+    /// Unknown fields.
+    #[serde(flatten)]
+    pub extra: Extra,
+}
+
+impl Default for LightSettings {
+    fn default() -> Self {
+        Self {
+            environment: Environment::Sky,
+            light_count: 40,
+            rotation_deg: 0.0,
+            exposure_ev: 0.0,
+            extra: Extra::new(),
+        }
+    }
+}
+
+/// A camera: the JSON of `--camera`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CameraPose {
+    /// Rows of the matrix that takes camera space (looking along -z, y up) to the groom's space.
+    pub world_from_camera: [[f32; 4]; 4],
+    /// Vertical field of view, degrees.
+    pub fov_y_deg: f32,
+    /// Unknown fields.
+    #[serde(flatten)]
+    pub extra: Extra,
+}
+
+/// The parameters of unpainted hair.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct HairSettings {
+    /// Value of every channel where nothing is painted.
+    pub base: Open<PointValues>,
+    /// Which absorption a unit of melanin has.
+    pub pigments: PigmentSet,
+    /// Tilt and width of TT and TRT relative to R.
+    pub ratios: Open<LobeRatios>,
+    /// Fibre diameter in the groom's unit; null keeps the file's.
+    pub diameter: Option<f32>,
+    /// Unknown fields.
+    #[serde(flatten)]
+    pub extra: Extra,
+}
+
+/// A layer of paint.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Layer {
+    /// What operations call it; never changes.
+    pub id: String,
+    /// What a person calls it.
+    pub name: String,
+    /// False takes it out of the picture.
+    #[serde(default = "yes")]
+    pub visible: bool,
+    /// How much of it shows, in [0, 1].
+    #[serde(default = "one")]
+    pub opacity: f32,
+    /// How its paint meets what lies below.
+    #[serde(default)]
+    pub blend: Blend,
+    /// Unknown fields.
+    #[serde(flatten)]
+    pub extra: Extra,
+}
+
+/// How a layer's paint meets what lies below it, in the channel's own space, by opacity o.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Blend {
+    /// The strokes act on what lies below: (1 - o) x + o paint(x).
+    #[default]
+    Replace,
+    /// What the strokes make of zero is added: x + o paint(0).
+    Add,
+    /// What the strokes make of one is a factor: x (1 - o + o paint(1)).
+    Multiply,
+}
+
+fn yes() -> bool {
+    true
+}
+
+fn one() -> f32 {
+    1.0
+}
+
+impl Layer {
+    /// A visible, opaque layer that replaces what lies below.
+    pub fn new(id: impl Into<String>, name: impl Into<String>) -> Self {
+        Self {
+            id: id.into(),
+            name: name.into(),
+            visible: true,
+            opacity: 1.0,
+            blend: Blend::Replace,
+            extra: Extra::new(),
+        }
+    }
+}
+
+impl Project {
+    /// A project without paint on `groom`.
+    pub fn new(groom: GroomReference) -> Self {
+        Self {
+            version: PROJECT_VERSION,
+            groom,
+            head: None,
+            light: LightSettings::default(),
+            camera: None,
+            hair: HairSettings::default(),
+            layers: vec![Layer::new("paint", "Paint")],
+            operations: Vec::new(),
+            extra: Extra::new(),
+        }
+    }
+
+    /// Reads and checks a project; a layer that operations name and the list lacks is added on top.
+    ///
+    /// # Errors
+    /// Line and column where the text is no project, the field where a value is out of range.
+    pub fn parse(text: &str) -> Result<Self, Problem> {
+        let mut project: Self = serde_json::from_str(text).map_err(|e| Problem::json(&e))?;
+        project.add_missing_layers();
+        super::check::check_project(&project)?;
+        Ok(project)
+    }
+
+    /// Adds a layer for every layer id that only operations know; returns how many were added.
+    pub fn add_missing_layers(&mut self) -> usize {
+        let before = self.layers.len();
+        for operation in &self.operations {
+            if !self.layers.iter().any(|layer| layer.id == operation.layer) {
+                self.layers.push(Layer::new(&operation.layer, &operation.layer));
+            }
+        }
+        self.layers.len() - before
+    }
+
+    /// Applies `change` to every path of the project.
+    pub fn map_paths(&mut self, mut change: impl FnMut(&str) -> String) {
+        self.groom.path = change(&self.groom.path);
+        if let Some(head) = &mut self.head {
+            head.path = change(&head.path);
+        }
+        match &mut self.light.environment {
+            Environment::Map(path) | Environment::Lights(path) => *path = change(path),
+            Environment::Sky | Environment::Constant(_) => {}
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! How much of a stroke each point takes: the largest coverage that any dab gives it.
+
+use glam::Vec3;
+
+use super::{Dab, Falloff, Operation, Reach, StrandIndex};
+
+/// Coverage of a dab at `x` radii from its centre: 1 in the hard core, 0 from the rim outwards.
+pub fn profile(falloff: Falloff, hardness: f32, x: f32) -> f32 {
+    if x >= 1.0 {
+        return 0.0;
+    }
+    if x <= hardness {
+        return 1.0;
+    }
+    let t = (1.0 - x) / (1.0 - hardness);
+    match falloff {
+        Falloff::Smooth => t * t * (3.0 - 2.0 * t),
+        Falloff::Linear => t,
+        Falloff::Constant => 1.0,
+    }
+}
+
+/// The coverage of one stroke over all points, and which points it touches.
+#[derive(Clone, Debug, Default)]
+pub struct Coverage {
+    of_point: Vec<f32>,
+    touched: Vec<u32>,
+}
+
+impl Coverage {
+    /// No coverage on `point_count` points.
+    pub fn new(point_count: usize) -> Self {
+        Self {
+            of_point: vec![0.0; point_count],
+            touched: Vec::new(),
+        }
+    }
+
+    /// Coverage of `point` in [0, 1].
+    pub fn of(&self, point: u32) -> f32 {
+        self.of_point[point as usize]
+    }
+
+    /// The points with coverage, in the order in which they were touched first.
+    pub fn touched(&self) -> &[u32] {
+        &self.touched
+    }
+
+    /// Forgets the stroke in time linear in the touched points.
+    pub fn clear(&mut self) {
+        for point in self.touched.drain(..) {
+            self.of_point[point as usize] = 0.0;
+        }
+    }
+
+    /// Adds `dabs` of `operation`; returns the points whose coverage grew, ascending, each once.
+    pub fn add_dabs(&mut self, index: &StrandIndex, operation: &Operation, dabs: &[Dab]) -> Vec<u32> {
+        let mut raised = Vec::new();
+        for dab in dabs {
+            let full = operation.strength * dab.pressure;
+            let mut raise = |point: u32, coverage: f32| {
+                let old = &mut self.of_point[point as usize];
+                if coverage > *old {
+                    if *old == 0.0 {
+                        self.touched.push(point);
+                    }
+                    *old = coverage;
+                    raised.push(point);
+                }
+            };
+            for_each_covered(index, operation, dab, |point, share| raise(point, full * share));
+        }
+        raised.sort_unstable();
+        raised.dedup();
+        raised
+    }
+}
+
+/// Calls `visit(point, coverage)` for every point that `dab` reaches, at full strength.
+fn for_each_covered(index: &StrandIndex, operation: &Operation, dab: &Dab, mut visit: impl FnMut(u32, f32)) {
+    let radius = operation.radius_m / index.groom().metres_per_unit();
+    let across = |distance: f32| profile(operation.falloff, operation.hardness, distance / radius);
+    let position = Vec3::from(dab.position);
+    if operation.reach != Reach::Strand {
+        index.for_each_near(position, radius, |point, distance| visit(point, across(distance)));
+        return;
+    }
+
+    // A strand is covered by its nearest point; along it coverage falls off towards both ends of the stretch.
+    let mut strands: Vec<(u32, f32)> = Vec::new();
+    index.for_each_near(position, radius, |point, distance| {
+        strands.push((index.strand_of(point), across(distance)));
+    });
+    strands.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
+    strands.dedup_by_key(|(strand, _)| *strand);
+    for (strand, share) in strands {
+        for point in index.groom().strand(strand as usize) {
+            let along = operation.arc_reach.map_or(1.0, |reach| {
+                let distance = (index.arc(point as u32) - dab.arc).abs();
+                profile(operation.falloff, operation.hardness, distance / reach)
+            });
+            visit(point as u32, share * along);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn profiles_fall_from_core_to_rim() {
+        for falloff in [Falloff::Smooth, Falloff::Linear, Falloff::Constant] {
+            for hardness in [0.0, 0.5, 1.0] {
+                let samples: Vec<f32> = (0..=100)
+                    .map(|i| profile(falloff, hardness, i as f32 / 100.0))
+                    .collect();
+                assert_eq!(samples[0], 1.0, "{falloff:?} {hardness}");
+                assert_eq!(samples[100], 0.0, "{falloff:?} {hardness}");
+                assert!(samples.windows(2).all(|w| w[0] >= w[1]), "{falloff:?} {hardness}");
+            }
+        }
+        assert_eq!(profile(Falloff::Linear, 0.5, 0.75), 0.5);
+    }
+}

@@ -1,0 +1,242 @@
+//! What the strokes of one layer amount to: an affine map per point and component of every painted channel.
+
+use std::collections::BTreeMap;
+
+use balayage_render::param::Channel;
+use rayon::prelude::*;
+
+use super::{Affine, Coverage, Dab, DirtyRanges, Mode, Operation, StrandIndex};
+
+/// The maps of one layer; a channel that was never painted takes no memory.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LayerMaps {
+    /// `point_count * channel.components()` maps a channel, point after point.
+    channels: BTreeMap<Channel, Vec<Affine>>,
+}
+
+/// The maps that some points had before a stroke.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TouchedMaps {
+    channel: Channel,
+    points: Vec<u32>,
+    maps: Vec<Affine>,
+}
+
+impl TouchedMaps {
+    /// Memory in bytes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.points.as_slice()) + size_of_val(self.maps.as_slice())
+    }
+}
+
+/// A stroke while the pointer is down: its operation so far and what it covers.
+pub struct LiveStroke {
+    operation: Operation,
+    coverage: Coverage,
+    before: TouchedMaps,
+    /// Index into `before.points` of every point, `u32::MAX` where it is untouched.
+    slot_of: Vec<u32>,
+}
+
+impl LayerMaps {
+    /// Replays the operations of one layer from nothing.
+    pub fn replay<'a>(index: &StrandIndex, operations: impl IntoIterator<Item = &'a Operation>) -> Self {
+        let mut maps = Self::default();
+        maps.replay_onto(index, operations);
+        maps
+    }
+
+    /// Applies operations in order. The coverages are independent and found in parallel, the maps are composed in order.
+    pub fn replay_onto<'a>(
+        &mut self,
+        index: &StrandIndex,
+        operations: impl IntoIterator<Item = &'a Operation>,
+    ) {
+        // Batches bound the memory of coverages that wait for their turn.
+        const BATCH: usize = 64;
+        let point_count = index.groom().point_count();
+        let operations: Vec<&Operation> = operations.into_iter().collect();
+        for batch in operations.chunks(BATCH) {
+            let covered: Vec<Vec<(u32, f32)>> = batch
+                .par_iter()
+                .map_init(
+                    || Coverage::new(point_count),
+                    |coverage, operation| {
+                        coverage.clear();
+                        let points = coverage.add_dabs(index, operation, &operation.dabs);
+                        points
+                            .into_iter()
+                            .map(|point| (point, coverage.of(point)))
+                            .collect()
+                    },
+                )
+                .collect();
+            for (operation, covered) in batch.iter().zip(covered) {
+                self.stroke(index, operation, &covered);
+            }
+        }
+    }
+
+    /// Replays only the operations on `channel`, in place of what it holds.
+    pub fn replay_channel<'a>(
+        &mut self,
+        index: &StrandIndex,
+        channel: Channel,
+        operations: impl IntoIterator<Item = &'a Operation>,
+    ) {
+        self.channels.remove(&channel);
+        self.replay_onto(index, operations.into_iter().filter(|o| o.channel == channel));
+    }
+
+    /// The painted channels with their maps: `point_count * components` each.
+    pub fn channels(&self) -> impl Iterator<Item = (Channel, &[Affine])> {
+        self.channels
+            .iter()
+            .map(|(channel, maps)| (*channel, maps.as_slice()))
+    }
+
+    /// Starts a stroke; the dabs that `operation` already has are left to [`LayerMaps::extend`].
+    pub fn begin(&self, index: &StrandIndex, operation: Operation) -> LiveStroke {
+        let point_count = index.groom().point_count();
+        LiveStroke {
+            before: TouchedMaps {
+                channel: operation.channel,
+                points: Vec::new(),
+                maps: Vec::new(),
+            },
+            operation,
+            coverage: Coverage::new(point_count),
+            slot_of: vec![u32::MAX; point_count],
+        }
+    }
+
+    /// Adds dabs to a stroke; returns the points whose maps changed.
+    pub fn extend(&mut self, index: &StrandIndex, stroke: &mut LiveStroke, dabs: Vec<Dab>) -> DirtyRanges {
+        let channel = stroke.operation.channel;
+        let raised = stroke.coverage.add_dabs(index, &stroke.operation, &dabs);
+        stroke.operation.dabs.extend(dabs);
+
+        // Every point is blended from its map before the stroke, which is kept when the stroke first touches it.
+        let maps = self.maps_mut(index, channel);
+        let width = channel.components();
+        for point in &raised {
+            let slot = &mut stroke.slot_of[*point as usize];
+            if *slot == u32::MAX {
+                *slot = stroke.before.points.len() as u32;
+                stroke.before.points.push(*point);
+                stroke
+                    .before
+                    .maps
+                    .extend_from_slice(maps_of(maps, *point as usize, width));
+            }
+        }
+        let LiveStroke {
+            operation,
+            coverage,
+            before,
+            slot_of,
+        } = &*stroke;
+        let blended: Vec<[Affine; 3]> = raised
+            .iter()
+            .map(|point| {
+                blend(index, operation, *point, coverage.of(*point), |p| {
+                    match slot_of[p] {
+                        u32::MAX => maps_of(maps, p, width),
+                        slot => maps_of(&before.maps, slot as usize, width),
+                    }
+                })
+            })
+            .collect();
+        for (point, new) in raised.iter().zip(&blended) {
+            maps_of_mut(maps, *point as usize, width).copy_from_slice(&new[..width]);
+        }
+        DirtyRanges::of_points(raised)
+    }
+
+    /// Puts back the maps of `touched` and returns what stood there; a second call undoes the first.
+    pub fn swap(&mut self, index: &StrandIndex, touched: &mut TouchedMaps) -> DirtyRanges {
+        let width = touched.channel.components();
+        let maps = self.maps_mut(index, touched.channel);
+        for (slot, point) in touched.points.iter().enumerate() {
+            maps_of_mut(maps, *point as usize, width).swap_with_slice(maps_of_mut(
+                &mut touched.maps,
+                slot,
+                width,
+            ));
+        }
+        DirtyRanges::of_points(touched.points.clone())
+    }
+
+    /// Applies a whole stroke to the points it covers.
+    fn stroke(&mut self, index: &StrandIndex, operation: &Operation, covered: &[(u32, f32)]) {
+        let width = operation.channel.components();
+        let maps = self.maps_mut(index, operation.channel);
+        let blended: Vec<[Affine; 3]> = covered
+            .iter()
+            .map(|(point, c)| blend(index, operation, *point, *c, |p| maps_of(maps, p, width)))
+            .collect();
+        for ((point, _), new) in covered.iter().zip(&blended) {
+            maps_of_mut(maps, *point as usize, width).copy_from_slice(&new[..width]);
+        }
+    }
+
+    fn maps_mut(&mut self, index: &StrandIndex, channel: Channel) -> &mut Vec<Affine> {
+        self.channels
+            .entry(channel)
+            .or_insert_with(|| vec![Affine::IDENTITY; index.groom().point_count() * channel.components()])
+    }
+}
+
+impl LiveStroke {
+    /// The operation with all dabs so far, and the maps that its points had before it.
+    pub fn finish(self) -> (Operation, TouchedMaps) {
+        (self.operation, self.before)
+    }
+
+    /// The operation with all dabs so far.
+    pub fn operation(&self) -> &Operation {
+        &self.operation
+    }
+}
+
+fn maps_of(maps: &[Affine], point: usize, width: usize) -> &[Affine] {
+    &maps[point * width..(point + 1) * width]
+}
+
+fn maps_of_mut(maps: &mut [Affine], point: usize, width: usize) -> &mut [Affine] {
+    &mut maps[point * width..(point + 1) * width]
+}
+
+/// The maps of `point` after a stroke that covers it by `coverage`; `before` gives any point's maps before the stroke.
+fn blend<'a>(
+    index: &StrandIndex,
+    operation: &Operation,
+    point: u32,
+    coverage: f32,
+    before: impl Fn(usize) -> &'a [Affine],
+) -> [Affine; 3] {
+    let width = operation.channel.components();
+    let mut smoothed = [Affine::IDENTITY; 3];
+    if operation.mode == Mode::Smooth {
+        let stretch = index.stretch(point, operation.radius_m / index.groom().metres_per_unit());
+        for (component, smoothed) in smoothed.iter_mut().enumerate().take(width) {
+            let (mut scale, mut offset) = (0.0, 0.0);
+            for p in stretch.clone() {
+                scale += before(p)[component].scale;
+                offset += before(p)[component].offset;
+            }
+            let weight = 1.0 / stretch.len() as f32;
+            *smoothed = Affine {
+                scale: scale * weight,
+                offset: offset * weight,
+            };
+        }
+    }
+    let value = operation.value.components();
+    let old = before(point as usize);
+    let mut new = [Affine::IDENTITY; 3];
+    for c in 0..width {
+        new[c] = old[c].stroked(operation.mode, value[c], coverage, smoothed[c], operation.channel);
+    }
+    new
+}

@@ -1,0 +1,169 @@
+// Multiple scattering at a point of a fibre, from the path sums towards one light (pass/transmittance_path.wgsl) and the table of averages.
+// A pass that uses it declares `tables` (lib/tables.wgsl) and `averages_table` (lib/averages_table.wgsl).
+//
+// D: light scattered forward on its way (global). L: light sent back by the neighbourhood (local). U: light sent back by the hair behind.
+// All values are radiance per L dw: radiance of the light times the solid angle that the direction stands for.
+//!use lib/global.wgsl
+//!use lib/averages_table.wgsl
+
+// M2 = S + 1.1 D + 0.2 L + 0.25 U: weights held against path tracing of a groom of 3,000 strands.
+const M2_WEIGHTS: vec3f = vec3f(1.1, 0.2, 0.25);
+
+// d_f and d_b of Zinke 2008.
+const ZINKE_DENSITY: f32 = 0.7;
+
+// 1 / cos(theta) of a light direction stops growing here.
+const MULTIPLE_MIN_COS: f32 = 0.05;
+
+// Largest a_f in Zinke's series, which diverge at one.
+const ZINKE_MOST_FORWARD: f32 = 0.99;
+
+// The path sums of one (point, light).
+struct PathRecord {
+    t_f: vec3f,              // exp(-S_f), mean over the lobe
+    spread: f32,             // sum of beta_f^2 over the fibres crossed / (1 - exp(-n)), theta_h
+    kappa: vec3f,            // 2 sum of k behind the point
+    n: f32,                  // -ln of the mean of exp(-n)
+}
+
+struct MultipleTerms {
+    d: vec3f,
+    l: vec3f,
+    u: vec3f,
+}
+
+// What the terms need of fibre and view, whatever the light.
+struct MultipleView {
+    fibre: Fibre,
+    theta_o: f32,
+    phi_o: f32,
+    a_f: vec3f,              // at theta_o
+    a_b: vec3f,
+    rho: vec3f,              // reflectance of a half space of such fibres
+}
+
+// What a neighbourhood sends back at one inclination.
+struct Backward {
+    a_b: vec3f,              // A_b
+    delta_b: vec3f,          // mean shift, theta_i
+    variance: vec3f,         // sigma_b^2, theta_i
+}
+
+fn unpack_path(words: vec4u) -> PathRecord {
+    let head = unpack2x16float(words.y);
+    let tail = unpack2x16float(words.w);
+    return PathRecord(vec3f(unpack2x16float(words.x), head.x), head.y, vec3f(unpack2x16float(words.z), tail.x), tail.y);
+}
+
+fn prepare_multiple(f: Fibre, theta_o: f32, phi_o: f32) -> MultipleView {
+    var v = MultipleView(f, theta_o, phi_o, vec3f(0.0), vec3f(0.0), vec3f(0.0));
+    for (var c = 0u; c < 3u; c++) {
+        let at_view = fibre_averages(f.sigma_a[c], theta_o);
+        v.a_f[c] = at_view.a_f;
+        v.a_b[c] = at_view.a_b;
+        v.rho[c] = half_space_reflectance(f.sigma_a[c]);
+    }
+    return v;
+}
+
+// The terms of M2 without their weights, for light from (theta, phi).
+fn m2_terms(v: MultipleView, theta: f32, phi: f32, path: PathRecord) -> MultipleTerms {
+    let direct = exp(-path.n);
+    let scattered = max(path.t_f - direct, vec3f(0.0));
+    let phi_d = abs(wrapped(v.phi_o - phi));
+    // beta_f is a standard deviation in theta_h, a deviation in theta_i is twice as wide; Eq 27's bandwidth is sqrt 2 standard deviations.
+    let variance = 4.0 * max(path.spread, 1e-5);
+
+    var terms: MultipleTerms;
+    terms.d = scattered * all_lobes(global_scattering(v.fibre, v.theta_o, v.phi_o, theta, phi, sqrt(2.0 * variance)));
+
+    // b = exp(-kappa); with 1 - b from its series where the subtraction would cancel.
+    let b = exp(-path.kappa);
+    let one_minus_b = select(1.0 - b, path.kappa * (1.0 - 0.5 * path.kappa), path.kappa < vec3f(1e-2));
+    // What a layer of finite depth sends back over what a half space does: A_b is a half space's, a lone fibre has no neighbours.
+    let depth_share = one_minus_b / max(1.0 - v.rho * v.rho * b, vec3f(1e-6));
+
+    let lit = select(0.0, 1.0 / PI, phi_d < HALF_PI);
+    let around = (PI - phi_d) / (PI * PI);
+    let back = backward(v, theta, false);
+    terms.l = depth_share * (direct * lit * local_scattering(v, back, theta, 0.0)
+        + scattered * around * local_scattering(v, back, theta, variance));
+    terms.u = v.rho * depth_share * path.t_f * mix(v.a_f, v.a_b, phi_d / PI) / PI;
+    return terms;
+}
+
+// Zinke 2008 under an SRBF light as Xu 2011 prints it (Eq 27, 29, the light's bandwidth inside sigma_f), densities d_f = d_b = 0.7
+// included; per L_j times the lobe's solid angle, no term U.
+fn zinke2008_terms(v: MultipleView, theta_j: f32, phi_j: f32, lambda_j: f32, path: PathRecord) -> MultipleTerms {
+    let direct = exp(-path.n);
+    let scattered = ZINKE_DENSITY * max(path.t_f - direct, vec3f(0.0));
+    let phi_d = abs(wrapped(v.phi_o - phi_j));
+    let spread = max(path.spread * (1.0 - direct), 1e-5);
+    let sigma_f = sqrt(lambda_j * lambda_j + 2.0 * spread);
+
+    var terms: MultipleTerms;
+    terms.d = scattered * all_lobes(global_scattering(v.fibre, v.theta_o, v.phi_o, theta_j, phi_j, sigma_f));
+    let lit = select(0.0, 1.0 / PI, phi_d < HALF_PI);
+    let around = (PI - phi_d) / (PI * PI);
+    let back = backward(v, theta_j, true);
+    terms.l = ZINKE_DENSITY * (direct * lit * local_scattering(v, back, theta_j, 0.5 * lambda_j * lambda_j)
+        + scattered * around * local_scattering(v, back, theta_j, 0.5 * sigma_f * sigma_f));
+    return terms;
+}
+
+fn all_lobes(lobes: Lobes) -> vec3f {
+    return lobes.r + lobes.tt + lobes.trt;
+}
+
+// Eq 29 without its azimuth, for light whose inclination is normal around theta with the given variance (theta_i): the product
+// of the two normals is closed form, the cosines are taken at its centre.
+fn local_scattering(v: MultipleView, back: Backward, theta: f32, light_variance: f32) -> vec3f {
+    let mean = back.delta_b - v.theta_o;
+    let variance = back.variance + light_variance;
+    let distance = mean - theta;
+    let normal = exp(-0.5 * distance * distance / variance) / sqrt(TWO_PI * variance);
+    let theta_i = clamp(theta + distance * light_variance / variance, vec3f(-HALF_PI), vec3f(HALF_PI));
+    let cos_d = max(cos(0.5 * (v.theta_o - theta_i)), vec3f(MULTIPLE_MIN_COS));
+    let cos_i = max(cos(theta_i), vec3f(0.0));
+    return 2.0 * back.a_b * normal * cos_i * cos_i / (cos_d * cos_d) / max(cos(theta), MULTIPLE_MIN_COS);
+}
+
+// A_b by adding layers (or, as printed, by Zinke's series), Delta_b and sigma_b by Zinke's series, at the inclination (theta_o - theta) / 2.
+fn backward(v: MultipleView, theta: f32, as_printed: bool) -> Backward {
+    var back: Backward;
+    for (var c = 0u; c < 3u; c++) {
+        let m = fibre_averages(v.fibre.sigma_a[c], 0.5 * (v.theta_o - theta));
+        let f2 = min(m.a_f, ZINKE_MOST_FORWARD) * min(m.a_f, ZINKE_MOST_FORWARD);
+        let b2 = m.a_b * m.a_b;
+        let open = 1.0 - f2;
+        back.a_b[c] = select(adding_a_b(m.a_f, m.a_b), m.a_b * f2 / open * (1.0 + b2 / (open * open)), as_printed);
+        back.delta_b[c] = 2.0 * delta_b(m, f2, b2, open);
+        let sigma = 2.0 * sigma_b(m);
+        back.variance[c] = max(0.5 * sigma * sigma, 1e-6);
+    }
+    return back;
+}
+
+// A_b = r - a_b with r the smaller root of a_b r^2 - (1 + a_b^2 - a_f^2) r + a_b = 0: what a half space sends back beyond its first fibre.
+fn adding_a_b(a_f: f32, a_b: f32) -> f32 {
+    let half_sum = 1.0 + a_b * a_b - a_f * a_f;
+    let discriminant = (1.0 - a_b - a_f) * (1.0 - a_b + a_f) * (1.0 + a_b - a_f) * (1.0 + a_b + a_f);
+    return 2.0 * a_b / max(half_sum + sqrt(max(discriminant, 0.0)), 1e-6) - a_b;
+}
+
+// Zinke 2008 Eq 16, theta_h.
+fn delta_b(m: FibreAverages, f2: f32, b2: f32, open: f32) -> f32 {
+    return m.alpha_b * (1.0 - 2.0 * b2 / (open * open))
+        + m.alpha_f * (2.0 * open * open + 4.0 * f2 * b2) / (open * open * open);
+}
+
+// Zinke 2008 Eq 17 as a bandwidth in theta_h; the printed formula adds a number to widths, so it wants Xu's bandwidths sqrt 2 beta.
+fn sigma_b(m: FibreAverages) -> f32 {
+    let beta_f = sqrt(2.0) * m.beta_f;
+    let beta_b = sqrt(2.0) * m.beta_b;
+    let b2 = m.a_b * m.a_b;
+    let once = sqrt(2.0 * beta_f * beta_f + beta_b * beta_b);
+    let thrice = sqrt(2.0 * beta_f * beta_f + 3.0 * beta_b * beta_b);
+    // A common factor a_b of numerator and denominator is cancelled.
+    return (1.0 + 0.7 * m.a_f * m.a_f) * (once + b2 * thrice) / (1.0 + b2 * (2.0 * beta_f + 3.0 * beta_b));
+}
