@@ -15,4 +15,6 @@ mod painting;
 mod pathtraced;
 mod project;
 mod raster;
+mod scattering;
+mod shaders;
 mod volume;
