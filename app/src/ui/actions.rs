@@ -353,8 +353,8 @@ impl Editor {
             context.send_viewport_cmd(ViewportCommand::CancelClose);
             self.guard = Some(PendingAction::Quit);
         }
-        if let Some(path) = dropped.and_then(|file| file.path) {
-            self.take_dropped(context, path);
+        if let Some(file) = dropped {
+            self.take_dropped(context, file.path().to_owned());
         }
     }
 
@@ -374,7 +374,7 @@ impl Editor {
     /// Asks what shall become of unsaved changes.
     pub(super) fn guard_dialog(&mut self, context: &Context) {
         let Some(action) = self.guard.clone() else { return };
-        let answer = egui::Modal::new(egui::Id::new("unsaved changes")).show(context, |ui| {
+        let answer = egui::Modal::new(egui::Id::unique("unsaved changes")).show(context, |ui| {
             ui.set_width(360.0);
             ui.heading("Unsaved changes");
             ui.label(format!(

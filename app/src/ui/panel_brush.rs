@@ -129,8 +129,7 @@ impl Editor {
         let mut rgb = self.brush.color.0;
         ui.horizontal(|ui| {
             let button = ui.color_edit_button_rgb(&mut rgb);
-            button
-                .widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::ColorButton, true, "Dye colour"));
+            button.widget_info(|| egui::WidgetInfo::labeled(egui::Role::ColorWell, true, "Dye colour"));
             if button.changed() {
                 self.brush.color = BrushColor(rgb);
             }

@@ -44,7 +44,7 @@ impl Editor {
         let name = &layer.name;
         let check = ui.checkbox(&mut visible, "").on_hover_text("Visible");
         check.widget_info(|| {
-            egui::WidgetInfo::selected(egui::WidgetType::Checkbox, true, visible, format!("Show {name}"))
+            egui::WidgetInfo::selected(egui::Role::CheckBox, true, visible, format!("Show {name}"))
         });
         if check.changed() {
             self.edit(Edit::SetLayer(Layer {
@@ -62,11 +62,7 @@ impl Editor {
             ] {
                 let button = ui.add_enabled(possible, egui::Button::new(arrow).small());
                 button.widget_info(|| {
-                    egui::WidgetInfo::labeled(
-                        egui::WidgetType::Button,
-                        possible,
-                        format!("Move {name} {what}"),
-                    )
+                    egui::WidgetInfo::labeled(egui::Role::Button, possible, format!("Move {name} {what}"))
                 });
                 if button.clicked() {
                     self.edit(Edit::MoveLayer(layer.id.clone(), to));

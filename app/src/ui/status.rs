@@ -103,10 +103,10 @@ impl Editor {
         if let Some(job) = &self.opening {
             stop_opening = bar(ui, job);
         }
-        if let Some(job) = &self.fitting {
-            if bar(ui, job) {
-                job.cancel();
-            }
+        if let Some(job) = &self.fitting
+            && bar(ui, job)
+        {
+            job.cancel();
         }
         if stop_opening {
             // The thread ends by itself; nobody waits for what it brings.

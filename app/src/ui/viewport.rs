@@ -1,9 +1,7 @@
 //! The viewport: the picture, looking around, painting, the brush's ring.
 
 use balayage_render::gpu::{RenderSettings, ShadeSettings};
-use egui::{
-    Color32, Modifiers, PointerButton, Pos2, Rect, Response, Sense, Stroke, Ui, WidgetInfo, WidgetType,
-};
+use egui::{Color32, Modifiers, PointerButton, Pos2, Rect, Response, Role, Sense, Stroke, Ui, WidgetInfo};
 use glam::Vec2;
 
 use super::{Editor, theme, viewer::ViewRequest};
@@ -35,7 +33,7 @@ const SPACING: f32 = 0.25;
 impl Editor {
     pub(super) fn viewport(&mut self, ui: &mut Ui) {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
-        response.widget_info(|| WidgetInfo::labeled(WidgetType::Image, true, "Viewport"));
+        response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Viewport"));
         self.ask_for_picture(ui, rect);
         match &self.shown {
             Some(shown) => {
@@ -98,9 +96,7 @@ impl Editor {
         });
         let height = rect.height().max(1.0);
         if response.hovered() && wheel != 0.0 {
-            if let Some(camera) = &mut self.camera {
-                camera.zoom(0.004 * wheel);
-            }
+            self.look(|camera| camera.zoom(0.004 * wheel));
         }
         if escape && matches!(self.gesture, Gesture::Stroke(_)) {
             self.cancel_stroke();
