@@ -1,10 +1,16 @@
 //! Laws, parity, layout, images, painting, project and command line.
 
 mod cli;
+mod furnace;
 mod groom;
 mod groom_damage;
 mod groom_generate;
 mod groom_refined;
+mod light;
+mod light_maps;
+mod optics;
+mod optics_probe;
+mod optics_reference;
 mod painting;
 mod pathtraced;
 mod project;

@@ -77,17 +77,18 @@ fn m2_terms(v: MultipleView, theta: f32, phi: f32, path: PathRecord) -> Multiple
     var terms: MultipleTerms;
     terms.d = scattered * all_lobes(global_scattering(v.fibre, v.theta_o, v.phi_o, theta, phi, sqrt(2.0 * variance)));
 
-    let lit = select(0.0, 1.0 / PI, phi_d < HALF_PI);
-    let around = (PI - phi_d) / (PI * PI);
-    let back = backward(v, theta, false);
-    terms.l = direct * lit * local_scattering(v, back, theta, 0.0)
-        + scattered * around * local_scattering(v, back, theta, variance);
-
     // b = exp(-kappa); with 1 - b from its series where the subtraction would cancel.
     let b = exp(-path.kappa);
     let one_minus_b = select(1.0 - b, path.kappa * (1.0 - 0.5 * path.kappa), path.kappa < vec3f(1e-2));
-    let from_behind = v.rho * one_minus_b / max(1.0 - v.rho * v.rho * b, vec3f(1e-6));
-    terms.u = from_behind * path.t_f * mix(v.a_f, v.a_b, phi_d / PI) / PI;
+    // What a layer of finite depth sends back over what a half space does: A_b is a half space's, a lone fibre has no neighbours.
+    let depth_share = one_minus_b / max(1.0 - v.rho * v.rho * b, vec3f(1e-6));
+
+    let lit = select(0.0, 1.0 / PI, phi_d < HALF_PI);
+    let around = (PI - phi_d) / (PI * PI);
+    let back = backward(v, theta, false);
+    terms.l = depth_share * (direct * lit * local_scattering(v, back, theta, 0.0)
+        + scattered * around * local_scattering(v, back, theta, variance));
+    terms.u = v.rho * depth_share * path.t_f * mix(v.a_f, v.a_b, phi_d / PI) / PI;
     return terms;
 }
 

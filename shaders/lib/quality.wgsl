@@ -9,7 +9,7 @@ const TT_NARROW: f32 = 5.0;
 fn outer_counts() -> vec3u {
     switch quality {
         case 0u: { return vec3u(3u, 2u, 2u); }
-        case 1u: { return vec3u(4u, 2u, 2u); }
+        case 1u: { return vec3u(4u, 2u, 3u); }
         default: { return vec3u(6u, 4u, 5u); }
     }
 }
@@ -25,7 +25,7 @@ fn tt_gamma_count() -> u32 {
 fn trt_gamma_count() -> u32 {
     switch quality {
         case 0u: { return 3u; }
-        case 1u: { return 4u; }
+        case 1u: { return 5u; }
         default: { return 8u; }
     }
 }

@@ -235,7 +235,13 @@ fn camera(args: &RenderArgs, document: &Document) -> Result<Camera, CliError> {
             };
             Camera::try_from(file).map_err(CliError::Input)
         }
-        None => Ok(Camera::framing(document.groom().bounds())),
+        None => {
+            let [width, height] = args.size;
+            Ok(Camera::framing(
+                document.groom().bounds(),
+                width as f32 / height as f32,
+            ))
+        }
     }
 }
 

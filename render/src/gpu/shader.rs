@@ -66,6 +66,7 @@ pub const SOURCES: &[(&str, &str)] = &[
         "lib/refined.wgsl",
         include_str!("../../../shaders/lib/refined.wgsl"),
     ),
+    source("lib/shade.wgsl", include_str!("../../../shaders/lib/shade.wgsl")),
     source(
         "lib/single.wgsl",
         include_str!("../../../shaders/lib/single.wgsl"),
@@ -104,6 +105,10 @@ pub const SOURCES: &[(&str, &str)] = &[
     source(
         "pass/shade.wgsl",
         include_str!("../../../shaders/pass/shade.wgsl"),
+    ),
+    source(
+        "pass/shade_multiple.wgsl",
+        include_str!("../../../shaders/pass/shade_multiple.wgsl"),
     ),
     source(
         "pass/strand_alloc.wgsl",

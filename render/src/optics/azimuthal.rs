@@ -9,8 +9,8 @@ use super::quadrature::{Estimate, integrate};
 
 /// Widths around a mark of a kernel at which the first panels end.
 const PANEL_WIDTHS: f64 = 6.0;
-/// Kernels wider than this need no panels of their own.
-const WIDE: f64 = 0.5;
+/// Kernels wider than this are met by several nodes of any panel and need none of their own.
+const WIDE: f64 = 0.05;
 
 /// The cross-section of a fibre at one difference angle: everything about a path that does not depend on its offset.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +22,7 @@ pub struct CrossSection {
     cos_theta_t: f64,
 }
 
-/// One path: where it leaves and what is left of it.
+/// Where one path leaves.
 #[derive(Clone, Copy, Debug)]
 struct Path {
     /// Exit azimuth Phi(p, gamma) for positive offset; the mirrored offset leaves at the negative (modulo 2 pi).
@@ -219,8 +219,9 @@ impl CrossSection {
     /// N_p(phi) of a perfectly smooth fibre: Xu 2011, Eq 9, summed over the paths found numerically. Infinite at caustics.
     pub fn n_smooth(&self, p: u32, sigma_a: &Rgb, phi: f64) -> Rgb {
         let mut n = [0.0; 3];
-        // Negative offsets leave at the mirrored azimuth.
-        for gamma in self.preimages(p, phi).into_iter().chain(self.preimages(p, -phi)) {
+        // Negative offsets leave at the mirrored azimuth; the central path is its own mirror image and counts once.
+        let mirrored = self.preimages(p, -phi).into_iter().filter(|gamma| *gamma > 1e-12);
+        for gamma in self.preimages(p, phi).into_iter().chain(mirrored) {
             let dphi_dh = self.path(p, gamma).dphi_dgamma.abs() / gamma.cos();
             let a = self.attenuation(p, gamma, sigma_a);
             for c in 0..3 {

@@ -6,9 +6,10 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::bessel::i0e;
+use super::quadrature::gauss_7;
 
-/// Beyond this many standard deviations a Gaussian is below 1e-31 of its peak.
-const REACH: f64 = 12.0;
+/// Beyond this many standard deviations a Gaussian is below 1e-21 of its peak.
+const REACH: f64 = 10.0;
 
 /// An even function of the azimuth with period 2 pi.
 pub trait Kernel {
@@ -140,70 +141,53 @@ impl Kernel for HalfCircle {
 }
 
 /// [`HalfCircle`] seen through a normalised circular Gaussian.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct SmoothedHalfCircle {
     smoothing: CircularGaussian,
+    /// Ends of panels in [0, pi], rising, and the integral of the smoothing from each to pi.
+    tails: Vec<(f64, f64)>,
 }
 
 impl SmoothedHalfCircle {
     /// Through a smoothing of the given sharpness.
-    pub fn new(smoothing: f64) -> Self {
-        Self {
-            smoothing: CircularGaussian::normalised(smoothing),
+    pub fn new(sharpness: f64) -> Self {
+        let smoothing = CircularGaussian::normalised(sharpness);
+        let width = smoothing.width();
+
+        // Panels narrow outwards, so that the integral keeps its relative precision in the far tail.
+        let mut ends = vec![0.0];
+        let mut end = 0.0;
+        while end < PI && smoothing.value(end) > 0.0 {
+            end = (end + width / (1.0 + end / (3.0 * width))).min(PI);
+            ends.push(end);
         }
+        let mut tail = 0.0;
+        let mut tails: Vec<(f64, f64)> = vec![(end, 0.0)];
+        for panel in ends.windows(2).rev() {
+            tail += gauss_7(|t| smoothing.value(t), panel[0], panel[1]);
+            tails.push((panel[0], tail));
+        }
+        tails.reverse();
+        Self { smoothing, tails }
     }
 
-    /// Integral of the smoothing over [0, x] for x in [0, pi]: Gauss-Legendre panels of one standard deviation.
-    fn cumulative(&self, x: f64) -> f64 {
-        // Five points a panel of one standard deviation leave 1e-11.
-        const NODES: [f64; 3] = [
-            0.0,
-            0.538469310105683091036314420700208,
-            0.906179845938663992797626878299393,
-        ];
-        const WEIGHTS: [f64; 3] = [
-            0.568888888888888888888888888888889,
-            0.478628670499366468041291514835638,
-            0.236926885056189087514264040719917,
-        ];
-        let width = self.smoothing.width();
-        if x > REACH * width {
-            return 0.5;
-        }
-        let panels = (x / (0.75 * width)).ceil().max(2.0);
-        let half = 0.5 * x / panels;
-        let mut sum = 0.0;
-        let mut centre = half;
-        while centre < x {
-            sum += WEIGHTS[0] * self.smoothing.value(centre);
-            for k in 1..3 {
-                let step = half * NODES[k];
-                sum +=
-                    WEIGHTS[k] * (self.smoothing.value(centre - step) + self.smoothing.value(centre + step));
-            }
-            centre += 2.0 * half;
-        }
-        sum * half
+    /// Integral of the smoothing over [x, pi] for x in [0, pi].
+    fn tail(&self, x: f64) -> f64 {
+        let next = self.tails.partition_point(|(end, _)| *end < x);
+        self.tails.get(next).map_or(0.0, |(end, tail)| {
+            tail + gauss_7(|t| self.smoothing.value(t), x, *end)
+        })
     }
 }
 
 impl Kernel for SmoothedHalfCircle {
     fn value(&self, x: f64) -> f64 {
-        // The half circle ends at x - pi/2 and x + pi/2; beyond pi the cumulative integral goes round.
+        // What lies beyond the two ends of the half circle, [x - pi/2, x + pi/2], or within it where that is less.
         let x = wrap(x).abs();
-        let near = x - FRAC_PI_2;
-        let signed = if near < 0.0 {
-            -self.cumulative(-near)
-        } else {
-            self.cumulative(near)
-        };
-        let far = x + FRAC_PI_2;
-        let beyond = if far > PI {
-            1.0 - self.cumulative(TAU - far)
-        } else {
-            self.cumulative(far)
-        };
-        (beyond - signed) / PI
+        if x < FRAC_PI_2 {
+            return (1.0 - self.tail(FRAC_PI_2 - x) - self.tail(FRAC_PI_2 + x)) / PI;
+        }
+        (self.tail(x - FRAC_PI_2) + self.tail(3.0 * FRAC_PI_2 - x)) / PI
     }
 
     fn marks(&self) -> &[f64] {
@@ -298,7 +282,7 @@ impl Kernel for GaussianDetector {
 }
 
 /// A light g^c of peak one, seen through a [`GaussianDetector`]; no closed form: the trapezoidal rule, which converges
-/// exponentially for Gaussians, with steps of 0.7 standard deviations of their product.
+/// exponentially for Gaussians, with steps of 0.6 standard deviations of their product.
 #[derive(Clone, Copy, Debug)]
 pub struct DetectedLight {
     light: f64,
@@ -314,8 +298,9 @@ impl DetectedLight {
 
 impl Kernel for DetectedLight {
     fn value(&self, x: f64) -> f64 {
+        let x = wrap(x);
         let precision = 1.0 / (self.beta * self.beta);
-        let step = 0.7 / (self.light + precision).sqrt();
+        let step = 0.6 / (self.light + precision).sqrt();
         let reach = REACH * self.beta;
         let lit = REACH / self.light.sqrt();
         let weight = step / (TAU.sqrt() * self.beta);
@@ -332,7 +317,6 @@ impl Kernel for DetectedLight {
         };
 
         // A wide light is summed over the whole reach of the detector, a narrow one turn by turn.
-        let x = wrap(x);
         if lit >= PI {
             return weight * window(x - reach, x + reach);
         }
@@ -407,6 +391,35 @@ mod tests {
                     convolved(&g, &GaussianDetector::new(w), x, &[]),
                 );
             }
+        }
+    }
+
+    #[test]
+    fn kernels_are_even_and_periodic() {
+        let s = sharpness(0.3);
+        let kernels: [&dyn Kernel; 8] = [
+            &CircularGaussian::normalised(s),
+            &SmoothedLight::new(s, sharpness(0.5)),
+            &HalfCircle,
+            &SmoothedHalfCircle::new(s),
+            &AzimuthShare::Forward,
+            &AzimuthShare::Backward,
+            &GaussianDetector::new(0.3),
+            &DetectedLight::new(s, 0.3),
+        ];
+        for (index, kernel) in kernels.into_iter().enumerate() {
+            for x in [0.1, 1.4, 3.0] {
+                let wanted = kernel.value(x);
+                for same in [-x, x + TAU, x - 3.0 * TAU, 2.0 * TAU - x] {
+                    let off = (kernel.value(same) - wanted).abs();
+                    assert!(
+                        off <= 1e-12 * wanted.abs() + 1e-25,
+                        "kernel {index} at {same}: {off}"
+                    );
+                }
+            }
+            let varies = (kernel.value(0.1) - kernel.value(3.0)).abs();
+            assert!(varies > 1e-3, "kernel {index} must not be constant");
         }
     }
 

@@ -47,6 +47,7 @@ pub fn global_scattering(
     check_tolerance(tolerance)?;
     let phi = view.phi - light.phi;
     let spread = sigma_f / SQRT_2;
+    let smoothed = SmoothedHalfCircle::new(sharpness(fibre.azimuthal_width));
     Lobes::try_each(|lobe| {
         let (alpha, beta) = (fibre.alpha[lobe as usize], fibre.beta[lobe as usize]);
         let ln_weight =
@@ -55,8 +56,7 @@ pub fn global_scattering(
             let section = CrossSection::new(fibre.eta, 0.5 * (view.theta - theta_i));
             let (p, tolerance) = (lobe.p(), INNER * tolerance);
             let n = if lobe == Lobe::Trt {
-                let kernel = SmoothedHalfCircle::new(sharpness(fibre.azimuthal_width));
-                section.integrate(p, &fibre.sigma_a, &kernel, phi, tolerance)
+                section.integrate(p, &fibre.sigma_a, &smoothed, phi, tolerance)
             } else {
                 section.integrate(p, &fibre.sigma_a, &HalfCircle, phi, tolerance)
             };

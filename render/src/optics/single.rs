@@ -9,7 +9,10 @@ use super::longitudinal::{cosine_ratio, integrate_theta, ln_m, m, settled};
 use super::quadrature::integrate;
 
 /// How much tighter an inner integral is than the one around it.
-pub(super) const INNER: f64 = 0.1;
+pub(super) const INNER: f64 = 0.2;
+
+/// Share of a light's peak that no smoothed TRT makes up for.
+const UNLIT: f64 = 1e-35;
 
 /// I_t = integral over the sphere of G S_t cos(theta_i) dw for a light of peak one: Xu 2011, Eq 11, without its approximations.
 ///
@@ -88,6 +91,10 @@ fn elliptic_light(fibre: &Fibre, theta_d: f64, phi_o: f64, phi_j: f64, lit: f64,
     let smoothing = CircularGaussian::normalised(sharpness(fibre.azimuthal_width));
     let light = CircularGaussian::peak_one(lit);
     let integrand = |x: f64| {
+        let g = light.value(x);
+        if g < UNLIT {
+            return [0.0; 3];
+        }
         let phi_i = phi_j + x;
         let section = CrossSection::new(fibre.eta_star(phi_o + phi_i), theta_d);
         let n = section.integrate(
@@ -97,7 +104,7 @@ fn elliptic_light(fibre: &Fibre, theta_d: f64, phi_o: f64, phi_j: f64, lit: f64,
             phi_o - phi_i,
             INNER * tolerance,
         );
-        n.value.map(|n| n * light.value(x))
+        n.value.map(|n| n * g)
     };
     let width = light.width();
     let breaks = [-5.0, -2.0, 0.0, 2.0, 5.0].map(|k| if width.is_finite() { k * width } else { 0.5 * k });
