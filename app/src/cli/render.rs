@@ -292,7 +292,7 @@ fn scene(
     renderer.set_ratios(document.project().hair.ratios.known);
     renderer.set_lights(&lighting.exposed(light))?;
     if show_environment {
-        renderer.set_background(lighting.map.as_ref())?;
+        renderer.set_background(lighting.map.as_deref())?;
         renderer.turn_background(light.rotation_deg.to_radians(), light.exposure_ev.exp2());
     }
     Ok(renderer)
