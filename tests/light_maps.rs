@@ -167,7 +167,10 @@ fn exr_bytes(
     };
     let layer = Layer::new((width, height), LayerAttributes::named("rgb"), encoding, channels);
     let mut bytes = Cursor::new(Vec::new());
-    Image::from_layer(layer).write().to_buffered(&mut bytes).unwrap();
+    Image::from_layer(layer)
+        .write()
+        .to_buffered(&mut bytes)
+        .expect("written to memory");
     bytes.into_inner()
 }
 
@@ -198,7 +201,7 @@ fn exr_parts(parts: &[&[(&str, bool)]]) -> Vec<u8> {
         attributes,
         layer_data: layers,
     };
-    image.write().to_buffered(&mut bytes).unwrap();
+    image.write().to_buffered(&mut bytes).expect("written to memory");
     bytes.into_inner()
 }
 
