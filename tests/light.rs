@@ -38,7 +38,7 @@ fn map_of(lights: &LightSet) -> EnvironmentMap {
 
 fn sample(name: &str) -> EnvironmentMap {
     EnvironmentMap::read(&repository(&format!("projects/environments/{name}.hdr")))
-        .expect("a sample environment or a fit that is not cancelled")
+        .expect("a sample environment")
         .0
 }
 
@@ -51,7 +51,7 @@ fn fitted(map: &EnvironmentMap, count: usize) -> Fit {
         },
         GO_ON,
     )
-    .unwrap()
+    .expect("a fit that is not cancelled")
 }
 
 #[test]

@@ -19,7 +19,7 @@ impl ViewCamera {
     /// Frames the box between two corners.
     pub fn framing(bounds: (Vec3, Vec3)) -> Self {
         Self {
-            camera: Camera::framing(bounds),
+            camera: Camera::framing(bounds, 1.0),
             pivot: 0.5 * (bounds.0 + bounds.1),
         }
     }
