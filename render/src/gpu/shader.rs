@@ -23,6 +23,10 @@ pub const SOURCES: &[(&str, &str)] = &[
         include_str!("../../../shaders/lib/azimuth_tt.wgsl"),
     ),
     source(
+        "lib/backward.wgsl",
+        include_str!("../../../shaders/lib/backward.wgsl"),
+    ),
+    source(
         "lib/camera.wgsl",
         include_str!("../../../shaders/lib/camera.wgsl"),
     ),
@@ -38,6 +42,10 @@ pub const SOURCES: &[(&str, &str)] = &[
     source(
         "lib/fragment.wgsl",
         include_str!("../../../shaders/lib/fragment.wgsl"),
+    ),
+    source(
+        "lib/forward.wgsl",
+        include_str!("../../../shaders/lib/forward.wgsl"),
     ),
     source(
         "lib/global.wgsl",
