@@ -31,32 +31,35 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let view_angles = angles(local_from_world * normalize(shade.camera_position - vertex.position));
     let view = prepare_view(fibre, view_angles.x, view_angles.y);
 
+    let uniform_light = any(shade.constant > vec3f(0.0));
     var out = vec3f(0.0);
     var seen = Lobes(vec3f(0.0), vec3f(0.0), vec3f(0.0));
     var unshadowed = Lobes(vec3f(0.0), vec3f(0.0), vec3f(0.0));
     for (var j = 0u; j < shade.light_count; j++) {
-        let light = lights[shade.first_light + j];
+        // A light that is hidden all over its lobe; the share of a uniform environment that is seen wants every light.
         let record = shade.first_record + j * shade.point_count;
+        let seen_at = mix(unpacked(visibility[record + point]), unpacked(visibility[record + next]), fraction);
+        if seen_at.x + 2.0 * length(seen_at.yzw) < NOTHING_ARRIVES && !uniform_light { continue; }
+        let light = lights[shade.first_light + j];
         let light_local = local_from_world * light.direction;
         let at = angles(light_local);
         let lobes = single_scattering(view, at.x, at.y, light.bandwidth);
 
         // Visibility varies inside the light: it is asked for where each lobe gets its light from.
-        let seen_at = mix(unpacked(visibility[record + point]), unpacked(visibility[record + next]), fraction);
         let slope = local_from_world * seen_at.yzw;
         let mean = frames[shade.first_light + j].mean_cosine * light_local;
         let asked = lobe_mean_directions(view, at.x, at.y, light.bandwidth);
         let r = lobes.r * saturate(seen_at.x + dot(slope, direction(asked[0]) - mean));
         let tt = lobes.tt * saturate(seen_at.x + dot(slope, direction(asked[1]) - mean));
         let trt = lobes.trt * saturate(seen_at.x + dot(slope, direction(asked[2]) - mean));
-        if any(shade.constant > vec3f(0.0)) {
+        if uniform_light {
             seen = Lobes(seen.r + r, seen.tt + tt, seen.trt + trt);
             unshadowed = Lobes(unshadowed.r + lobes.r, unshadowed.tt + lobes.tt, unshadowed.trt + lobes.trt);
         } else {
             out += light.radiance * chosen(Lobes(r, tt, trt));
         }
     }
-    if any(shade.constant > vec3f(0.0)) {
+    if uniform_light {
         let exact = single_scattering_constant(view);
         out += shade.constant * chosen(Lobes(
             exact.r * share(seen.r, unshadowed.r),

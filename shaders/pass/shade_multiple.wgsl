@@ -31,6 +31,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     for (var j = 0u; j < shade.light_count; j++) {
         let light = lights[shade.first_light + j];
         let path = unpack_path(paths[shade.first_record + j * shade.point_count + point]);
+        // Every term is a part of what is scattered forward to the point.
+        if all(path.t_f < vec3f(NOTHING_ARRIVES)) { continue; }
         out += light.radiance * terms_of_light(view, local_from_world, shade.first_light + j, light.direction, path);
     }
     multiple[point] = vec4f(out, 1.0);
