@@ -16,10 +16,10 @@ pub struct ViewCamera {
 const MIN_ZOOM: f32 = 0.2;
 
 impl ViewCamera {
-    /// Frames the box between two corners.
-    pub fn framing(bounds: (Vec3, Vec3)) -> Self {
+    /// Frames the box between two corners in a viewport of that width to height.
+    pub fn framing(bounds: (Vec3, Vec3), aspect: f32) -> Self {
         Self {
-            camera: Camera::framing(bounds, 1.0),
+            camera: Camera::framing(bounds, aspect),
             pivot: 0.5 * (bounds.0 + bounds.1),
         }
     }
@@ -112,7 +112,7 @@ mod tests {
     use super::*;
 
     fn view() -> ViewCamera {
-        ViewCamera::framing((Vec3::new(-1.0, 0.0, -1.0), Vec3::new(1.0, 2.0, 1.0)))
+        ViewCamera::framing((Vec3::new(-1.0, 0.0, -1.0), Vec3::new(1.0, 2.0, 1.0)), 1.5)
     }
 
     #[test]

@@ -75,7 +75,7 @@ impl Editor {
                 self.camera = self
                     .document
                     .as_ref()
-                    .map(|document| ViewCamera::framing(document.groom().bounds()));
+                    .map(|document| ViewCamera::framing(document.groom().bounds(), self.aspect));
             }
             Command::BrushSmaller => self.brush.scale_radius(1.0 / 1.15),
             Command::BrushLarger => self.brush.scale_radius(1.15),
@@ -226,7 +226,7 @@ impl Editor {
         let pose = document.project().camera.as_ref();
         self.camera = pose
             .and_then(|pose| ViewCamera::from_pose(pose, bounds))
-            .or_else(|| Some(ViewCamera::framing(bounds)));
+            .or_else(|| Some(ViewCamera::framing(bounds, self.aspect)));
         self.layer = document
             .project()
             .layers

@@ -69,6 +69,8 @@ pub struct Editor {
     pub(super) context: Context,
     pub(super) viewer: Viewer,
     pub(super) camera: Option<ViewCamera>,
+    /// Width to height of the viewport.
+    pub(super) aspect: f32,
     pub(super) shown: Option<Shown>,
     pub(super) adapter: Option<String>,
     pub(super) tool: Tool,
@@ -105,6 +107,7 @@ impl Editor {
             context: context.clone(),
             viewer: Viewer::start(context),
             camera: None,
+            aspect: 1.4,
             shown: None,
             adapter: None,
             tool: Tool::default(),

@@ -34,6 +34,7 @@ impl Editor {
     pub(super) fn viewport(&mut self, ui: &mut Ui) {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
         response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Viewport"));
+        self.aspect = rect.width().max(1.0) / rect.height().max(1.0);
         self.ask_for_picture(ui, rect);
         match &self.shown {
             Some(shown) => {
