@@ -251,13 +251,6 @@ impl Editor {
             Err(problem) => self.complain(&problem),
         }
         self.refresh_light();
-        if self
-            .document
-            .as_ref()
-            .is_some_and(|document| document.project().layers.is_empty())
-        {
-            self.layer = "paint".to_owned();
-        }
     }
 
     fn take_answer(&mut self, context: &Context, answer: DialogAnswer) {

@@ -57,8 +57,8 @@ impl Editor {
         }
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             for (arrow, to, possible, what) in [
-                ("⏷", position.saturating_sub(1), position > 0, "down"),
-                ("⏶", position + 1, position + 1 < count, "up"),
+                ("Down", position.saturating_sub(1), position > 0, "down"),
+                ("Up", position + 1, position + 1 < count, "up"),
             ] {
                 let button = ui.add_enabled(possible, egui::Button::new(arrow).small());
                 button.widget_info(|| {

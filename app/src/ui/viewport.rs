@@ -198,13 +198,6 @@ impl Editor {
         let Some(document) = &mut self.document else {
             return Gesture::None;
         };
-        if document.project().layers.is_empty() {
-            let edit = Edit::AddLayer(crate::document::Layer::new(&self.layer, "Paint"), 0);
-            if let Err(problem) = document.apply(edit) {
-                self.complain(&problem);
-                return Gesture::None;
-            }
-        }
         let Some(operation) = self.brush.operation(tool, &self.layer, document) else {
             return Gesture::None;
         };
