@@ -160,11 +160,11 @@ fn push_truncated_rules(out: &mut Vec<[f32; 4]>, n: usize) {
         .map(|i| truncated_gauss_hermite(n, TRUNCATION_MIN + step * i as f64))
         .collect();
     for k in 0..n {
-        for (i, rule) in rules.iter().enumerate() {
-            let (x, w) = rule[k];
+        out.extend((0..TRUNCATION_COUNT).map(|i| {
+            let (x, w) = rules[i][k];
             let (x_next, w_next) = rules[(i + 1).min(TRUNCATION_COUNT - 1)][k];
-            out.push(narrow([x, w, x_next - x, w_next - w]));
-        }
+            narrow([x, w, x_next - x, w_next - w])
+        }));
     }
 }
 
