@@ -1,10 +1,13 @@
 //! Laws, parity, layout, images, painting, project and command line.
 
 mod cli;
+mod furnace;
 mod groom;
 mod groom_damage;
 mod groom_generate;
 mod groom_refined;
+mod light;
+mod light_maps;
 mod optics;
 mod optics_probe;
 mod optics_reference;
@@ -12,4 +15,6 @@ mod painting;
 mod pathtraced;
 mod project;
 mod raster;
+mod scattering;
+mod shaders;
 mod volume;

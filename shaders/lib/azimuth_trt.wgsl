@@ -1,4 +1,4 @@
-//!use lib/fibre.wgsl
+//!use lib/paths.wgsl
 //!use lib/tables.wgsl
 //!use lib/quality.wgsl
 // TRT, smoothed by the normalised circular Gaussian of bandwidth w_c: a sum over gamma of energies that leave at an
@@ -6,6 +6,11 @@
 
 // A node stands for its share of gamma: its exit azimuths are blurred by at least this part of what the share spans.
 const TRT_FOOTPRINT: f32 = 0.4;
+
+// Newton steps for the meeting point of light and lobe in an elliptic fibre.
+const ELLIPTIC_STEPS: u32 = 2u;
+// Least change of phi_i plus exit azimuth with phi_i.
+const ELLIPTIC_SLOPE_MIN: f32 = 0.4;
 
 // Integral of N_TRT times exp(kappa (cos(phi_i - phi_j) - 1)) over phi_i; `azimuth` holds cos and sin of phi_o - phi_j.
 fn azimuth_trt(r: Refraction, sigma_a: vec3f, w_c: f32, kappa: f32, azimuth: vec2f) -> vec3f {
@@ -16,22 +21,14 @@ fn azimuth_trt(r: Refraction, sigma_a: vec3f, w_c: f32, kappa: f32, azimuth: vec
     let count = trt_gamma_count();
     for (var k = 0u; k < count; k++) {
         let node = gamma_node(count, k);
-        let sin_t = min(node.x / r.eta_p, 1.0);
-        let cos_t = sqrt(1.0 - sin_t * sin_t);
-        let reflected = fresnel_dielectric(r.cos_theta_d * node.y, r.eta);
-        let transmitted = 1.0 - reflected;
-        let a = node.z * transmitted * transmitted * reflected * exp(-4.0 * cos_t * r.inv_cos_theta_t * sigma_a);
-        // Exit azimuth Phi = 4 gamma_t - 2 gamma_i; the mirror image exits at -Phi.
-        let half = vec2f((1.0 - 2.0 * sin_t * sin_t) * node.y + 2.0 * sin_t * cos_t * node.x,
-                         2.0 * sin_t * cos_t * node.y - (1.0 - 2.0 * sin_t * sin_t) * node.x);
-        let exit = vec2f(half.x * half.x - half.y * half.y, 2.0 * half.x * half.y);
+        let path = path_at(r, sigma_a, 2u, node.x, node.y);
         // A concentration limited by the footprint keeps the energy: density scales with sqrt(kappa).
-        let footprint = TRT_FOOTPRINT * node.w * (4.0 * node.y / (r.eta_p * max(cos_t, 1e-3)) - 2.0);
+        let footprint = TRT_FOOTPRINT * node.w * path.spread;
         let limited = min(blurred_kappa, 1.0 / (footprint * footprint + 1e-5));
         let scale = sqrt(limited / max(blurred_kappa, 1e-20));
-        let even = azimuth.x * exit.x - 1.0;
-        let odd = azimuth.y * exit.y;
-        sum += a * select(1.0, scale, limited < blurred_kappa) * (exp(limited * (even + odd)) + exp(limited * (even - odd)));
+        let even = azimuth.x * path.exit.x - 1.0;
+        let odd = azimuth.y * path.exit.y;
+        sum += node.z * path.energy * select(1.0, scale, limited < blurred_kappa) * (exp(limited * (even + odd)) + exp(limited * (even - odd)));
     }
     return amplitude * sum;
 }
@@ -52,16 +49,15 @@ fn azimuth_trt_elliptic(f: Fibre, cos_theta_d: f32, kappa: f32, phi_o: f32, phi_
         var x = 0.0;
         var meeting: Meeting;
         for (var step = 0u; step < ELLIPTIC_STEPS; step++) {
-            meeting = meeting_at(index, f.eta, cos_theta_d, node, mirror, gamma, phi_o, phi_j, x);
+            meeting = meeting_at(index, cos_theta_d, node, mirror, gamma, phi_o, phi_j, x);
             let lobe = lobe_kappa * meeting.slope * meeting.slope;
-            x = clamp(meeting.centre, -PI, PI) * lobe / (kappa + lobe);
+            x = meeting.centre * lobe / (kappa + lobe);
         }
-        meeting = meeting_at(index, f.eta, cos_theta_d, node, mirror, gamma, phi_o, phi_j, x);
-        let slope = abs(meeting.slope);
+        meeting = meeting_at(index, cos_theta_d, node, mirror, gamma, phi_o, phi_j, x);
         let footprint = TRT_FOOTPRINT * node.w * meeting.spread;
-        let lobe = min(lobe_kappa, 1.0 / (footprint * footprint + 1e-5)) * slope * slope;
+        let lobe = min(lobe_kappa, 1.0 / (footprint * footprint + 1e-5)) * meeting.slope * meeting.slope;
         let blurred = convolved(kappa, light.convolution, lobe);
-        let amplitude = light.i0e / (von_mises(blurred).i0e * slope);
+        let amplitude = light.i0e / (von_mises(blurred).i0e * meeting.slope);
         let reflected = fresnel_dielectric(cos_theta_d * node.y, meeting.r.eta);
         let transmitted = 1.0 - reflected;
         let half_sin = sin(0.5 * meeting.centre);
@@ -71,18 +67,16 @@ fn azimuth_trt_elliptic(f: Fibre, cos_theta_d: f32, kappa: f32, phi_o: f32, phi_
     return sum;
 }
 
-const ELLIPTIC_STEPS: u32 = 2u;
-
 // One TRT path of an elliptic fibre, linear in x = phi_i - phi_j about a point.
 struct Meeting {
     r: Refraction,
     cos_t: f32,
-    centre: f32,      // where the exit azimuth meets phi_o, wrapped
+    centre: f32,      // where the exit azimuth meets phi_o, in [-pi, pi]
     slope: f32,       // change of (phi_i + exit azimuth) with phi_i
     spread: f32,      // abs(dPhi/dgamma)
 }
 
-fn meeting_at(index: vec2f, eta: f32, cos_theta_d: f32, node: vec4f, mirror: f32, two_gamma: f32, phi_o: f32, phi_j: f32, x: f32) -> Meeting {
+fn meeting_at(index: vec2f, cos_theta_d: f32, node: vec4f, mirror: f32, two_gamma: f32, phi_o: f32, phi_j: f32, x: f32) -> Meeting {
     let sum = phi_o + phi_j + x;
     let r = refraction(max(index.x + index.y * cos(sum), 1.0), cos_theta_d);
     let sin_t = min(node.x / r.eta_p, 1.0);
@@ -90,7 +84,8 @@ fn meeting_at(index: vec2f, eta: f32, cos_theta_d: f32, node: vec4f, mirror: f32
     let phi = mirror * 4.0 * atan2(sin_t, cos_t) - two_gamma;
     // dgamma_t/deta = -tan gamma_t eta / (eta'^2 cos^2 theta_d).
     let bend = -4.0 * mirror * sin_t / cos_t * r.eta / (r.eta_p * r.eta_p * cos_theta_d * cos_theta_d);
-    let slope = 1.0 - bend * index.y * sin(sum);
-    let safe = select(-1.0, 1.0, slope >= 0.0) * max(abs(slope), 0.25);
-    return Meeting(r, cos_t, wrapped(x + wrapped(phi_o - phi_j - x - phi) / safe), safe, abs(4.0 * node.y / (r.eta_p * cos_t) - 2.0));
+    // A path whose exit azimuth outruns phi_i has no single meeting point: the slope stays positive, the centre on the circle.
+    let slope = max(1.0 - bend * index.y * sin(sum), ELLIPTIC_SLOPE_MIN);
+    let centre = clamp(x + wrapped(phi_o - phi_j - x - phi) / slope, -PI, PI);
+    return Meeting(r, cos_t, centre, slope, abs(4.0 * node.y / (r.eta_p * cos_t) - 2.0));
 }

@@ -10,6 +10,7 @@ struct ProductGaussian {
     width: f32,             // bandwidth
     side: f32,              // 1 or -1: the pole that is nearer
     truncation: f32,        // distance to that pole in widths
+    peak_exponent: f32,     // of lobe times light at the centre
 }
 
 // Lobe N(theta_i; mean, 2 beta) times a light exp(-(theta_i - theta_j)^2 inv_lambda_sq) times what cos^2 theta_i / cos^2 theta_d
@@ -22,7 +23,11 @@ fn product_gaussian(mean: f32, beta: f32, theta_o: f32, theta_j: f32, inv_lambda
     // A centre far beyond a pole moves back to where the rule is tabulated.
     let reach = HALF_PI - TRUNCATION_MIN * width;
     let inside = clamp(centre, -reach, reach);
-    return ProductGaussian(inside, width, select(-1.0, 1.0, inside >= 0.0), (HALF_PI - abs(inside)) / width);
+    // The chord of the light is no longer than the distance, so this bounds SRBF and plain Gaussian from above.
+    let chord = 2.0 * sin(0.5 * (inside - theta_j));
+    let from_mean = inside - mean;
+    let peak_exponent = -inv_lambda_sq * chord * chord - lobe_precision * from_mean * from_mean;
+    return ProductGaussian(inside, width, select(-1.0, 1.0, inside >= 0.0), (HALF_PI - abs(inside)) / width, peak_exponent);
 }
 
 struct OuterNode {

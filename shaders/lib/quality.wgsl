@@ -9,7 +9,7 @@ const TT_NARROW: f32 = 5.0;
 fn outer_counts() -> vec3u {
     switch quality {
         case 0u: { return vec3u(3u, 2u, 2u); }
-        case 1u: { return vec3u(4u, 2u, 2u); }
+        case 1u: { return vec3u(4u, 2u, 3u); }
         default: { return vec3u(6u, 4u, 5u); }
     }
 }
@@ -25,16 +25,16 @@ fn tt_gamma_count() -> u32 {
 fn trt_gamma_count() -> u32 {
     switch quality {
         case 0u: { return 3u; }
-        case 1u: { return 4u; }
+        case 1u: { return 5u; }
         default: { return 8u; }
     }
 }
 
-// Outer nodes and gamma nodes of the global term.
-fn global_counts() -> vec2u {
+// Of the global term: outer nodes of R, outer nodes of TT and TRT, gamma nodes.
+fn global_counts() -> vec3u {
     switch quality {
-        case 0u: { return vec2u(2u, 6u); }
-        case 1u: { return vec2u(3u, 8u); }
-        default: { return vec2u(5u, 16u); }
+        case 0u: { return vec3u(2u, 2u, 5u); }
+        case 1u: { return vec3u(3u, 2u, 7u); }
+        default: { return vec3u(5u, 5u, 16u); }
     }
 }

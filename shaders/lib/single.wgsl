@@ -4,6 +4,9 @@
 //!use lib/azimuth_trt.wgsl
 // Single scattering of one SRBF light (Xu 2011, Eq 11, exact separation): integral of G S_t cos(theta_i) over the sphere per lobe.
 
+// A lobe whose product with the light stays below exp of this is not evaluated.
+const NEGLIGIBLE_EXPONENT: f32 = -20.0;
+
 struct Lobes { r: vec3f, tt: vec3f, trt: vec3f }
 
 // What depends on fibre and view alone.
@@ -28,8 +31,8 @@ fn single_scattering(v: PreparedView, theta_j: f32, phi_j: f32, lambda: f32) -> 
 }
 
 // A uniform environment of radiance 1: the light of infinite bandwidth.
-fn single_scattering_constant(f: Fibre, theta_o: f32) -> Lobes {
-    return scattered(prepare_view(f, theta_o, 0.0), 0.0, 0.0, 0.0, vec3u(6u, 6u, 6u));
+fn single_scattering_constant(v: PreparedView) -> Lobes {
+    return scattered(v, 0.0, 0.0, 0.0, vec3u(6u));
 }
 
 fn scattered(v: PreparedView, theta_j: f32, phi_j: f32, inv_lambda_sq: f32, counts: vec3u) -> Lobes {
@@ -41,19 +44,19 @@ fn scattered(v: PreparedView, theta_j: f32, phi_j: f32, inv_lambda_sq: f32, coun
     var out = Lobes(vec3f(0.0), vec3f(0.0), vec3f(0.0));
 
     let g_r = product_gaussian(v.mean.x, v.f.beta.x, v.theta_o, theta_j, inv_lambda_sq);
-    for (var k = 0u; k < counts.x; k++) {
+    for (var k = 0u; k < counts.x && g_r.peak_exponent > NEGLIGIBLE_EXPONENT; k++) {
         let node = outer_node(g_r, counts.x, k, v.mean.x, v.f.beta.x, v.theta_o, theta_j, inv_lambda_sq, false);
         out.r += vec3f(node.weight * azimuth_r(v.fresnel, node.cos_theta_d, kappa_scale * node.cos_theta_i, half_cos));
     }
 
     let g_tt = product_gaussian(v.mean.y, v.f.beta.y, v.theta_o, theta_j, inv_lambda_sq);
-    for (var k = 0u; k < counts.y; k++) {
+    for (var k = 0u; k < counts.y && g_tt.peak_exponent > NEGLIGIBLE_EXPONENT; k++) {
         let node = outer_node(g_tt, counts.y, k, v.mean.y, v.f.beta.y, v.theta_o, theta_j, inv_lambda_sq, false);
         out.tt += node.weight * azimuth_tt(refraction(v.f.eta, node.cos_theta_d), v.f.sigma_a, kappa_scale * node.cos_theta_i, azimuth);
     }
 
     let g_trt = product_gaussian(v.mean.z, v.f.beta.z, v.theta_o, theta_j, inv_lambda_sq);
-    for (var k = 0u; k < counts.z; k++) {
+    for (var k = 0u; k < counts.z && g_trt.peak_exponent > NEGLIGIBLE_EXPONENT; k++) {
         let node = outer_node(g_trt, counts.z, k, v.mean.z, v.f.beta.z, v.theta_o, theta_j, inv_lambda_sq, false);
         let kappa = kappa_scale * node.cos_theta_i;
         if v.f.eccentricity == 1.0 {

@@ -40,6 +40,7 @@ struct OwnStrand {
 // What the march meets in one step.
 struct Crossing {
     expected: f32,           // expected number of fibres crossed in this step
+    share: f32,              // chance p that one fibre of the voxel stops a path through it: m fibres let (1 - p)^m through
     sin2_theta: f32,         // mean squared sine of the inclination of w to the fibres (theta as in the fibre's frame)
     voxel: u32,              // stored voxel
     blocked: bool,           // the occluder stops the path here
@@ -152,7 +153,9 @@ fn march_next(m: ptr<function, Marcher>, crossing: ptr<function, Crossing>) -> b
                 continue;
             }
         }
-        (*crossing).expected = step * sqrt(area.x * area.y);
+        let per_voxel = sqrt(area.x * area.y);
+        (*crossing).expected = step * per_voxel;
+        (*crossing).share = min(min(per_voxel, (*m).own.diameter), 0.9);
         (*crossing).sin2_theta = clamp(1.0 - area.y / area.x, 0.0, 1.0);
         (*crossing).voxel = stored;
         return true;
@@ -160,13 +163,21 @@ fn march_next(m: ptr<function, Marcher>, crossing: ptr<function, Crossing>) -> b
     return false;
 }
 
-// Expected number of fibres crossed from `start` (grid space) along w; counting stops above n_max, an occluder counts n_max.
+// -ln of the share of paths that a step lets through when each fibre takes the share `loss` of what meets it. Fibres in a voxel
+// are few and as wide as `share` of it, so this is more than the Poisson value expected * loss: expected / p fibres let (1 - p loss) each through.
+fn optical_depth(crossing: Crossing, loss: f32) -> f32 {
+    let p = crossing.share * loss;
+    return crossing.expected * loss * (1.0 + p * (0.5 + p / 3.0));
+}
+
+// Optical depth from `start` (grid space) along w: exp(-n) is the share of paths that cross no fibre; counting stops above n_max,
+// an occluder counts n_max.
 fn march(start: vec3f, w: vec3f, own: OwnStrand, n_max: f32) -> f32 {
     var m = march_begin(start, w, own, 0.0);
     var crossing: Crossing;
     var n = 0.0;
     while (n < n_max && march_next(&m, &crossing)) {
-        n = select(n + crossing.expected, n_max, crossing.blocked);
+        n = select(n + optical_depth(crossing, 1.0), n_max, crossing.blocked);
     }
     return min(n, n_max);
 }

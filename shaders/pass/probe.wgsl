@@ -32,9 +32,10 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     let c = cases[index];
     let f = guarded_fibre(c.fibre);
-    results[index].single = single_scattering(prepare_view(f, c.theta_o, c.phi_o), c.theta_j, c.phi_j, c.lambda_j);
+    let view = prepare_view(f, c.theta_o, c.phi_o);
+    results[index].single = single_scattering(view, c.theta_j, c.phi_j, c.lambda_j);
     results[index].global = global_scattering(f, c.theta_o, c.phi_o, c.theta_j, c.phi_j, c.sigma_f);
-    results[index].uniform_light = single_scattering_constant(f, c.theta_o);
+    results[index].uniform_light = single_scattering_constant(view);
     for (var channel = 0u; channel < 3u; channel++) {
         results[index].averages[channel] = scattering_averages(f, f.sigma_a[channel], c.theta_j);
     }

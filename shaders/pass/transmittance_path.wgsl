@@ -27,7 +27,7 @@ const SUM_MAX: f32 = 10.0;
 struct PathSums {
     s_f: vec3f,              // sum of (1 - a_f)
     spread: f32,             // sum of beta_f^2
-    n: f32,                  // number of fibres
+    n: f32,                  // optical depth: exp(-n) cross no fibre
     blocked: bool,
 }
 
@@ -87,9 +87,10 @@ fn march_forward(start: vec3f, w: vec3f, own: OwnStrand) -> PathSums {
         let across = vec4f(unpack2x16float(words.x), unpack2x16float(words.y));
         let slope = vec4f(unpack2x16float(words.z), unpack2x16float(words.w));
         let loss = max(across + crossing.sin2_theta * slope, vec4f(0.0));
-        sums.s_f += crossing.expected * min(loss.xyz, vec3f(1.0));
+        let lost = min(loss.xyz, vec3f(1.0));
+        sums.s_f += vec3f(optical_depth(crossing, lost.x), optical_depth(crossing, lost.y), optical_depth(crossing, lost.z));
         sums.spread += crossing.expected * loss.w;
-        sums.n += crossing.expected;
+        sums.n += optical_depth(crossing, 1.0);
     }
     return sums;
 }

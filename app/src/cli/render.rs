@@ -235,7 +235,13 @@ fn camera(args: &RenderArgs, document: &Document) -> Result<Camera, CliError> {
             };
             Camera::try_from(file).map_err(CliError::Input)
         }
-        None => Ok(Camera::framing(document.groom().bounds())),
+        None => {
+            let [width, height] = args.size;
+            Ok(Camera::framing(
+                document.groom().bounds(),
+                width as f32 / height as f32,
+            ))
+        }
     }
 }
 
@@ -286,7 +292,7 @@ fn scene(
     renderer.set_ratios(document.project().hair.ratios.known);
     renderer.set_lights(&lighting.exposed(light))?;
     if show_environment {
-        renderer.set_background(lighting.map.as_ref())?;
+        renderer.set_background(lighting.map.as_deref())?;
         renderer.turn_background(light.rotation_deg.to_radians(), light.exposure_ev.exp2());
     }
     Ok(renderer)

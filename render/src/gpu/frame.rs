@@ -374,7 +374,8 @@ impl Renderer {
                 self.shade.run(&gpu, &settings.shade, &scene.strands, &inputs)
             })?;
             report.count("vertices shaded", u64::from(scene.strands.vertex_count));
-            report.count("light evaluations", pairs);
+            report.count("single scattering evaluations", pairs.single);
+            report.count("multiple scattering evaluations", pairs.multiple);
         }
         if self.stale.picture {
             if self.target.as_ref().is_none_or(|target| target.size != size) {

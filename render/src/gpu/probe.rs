@@ -1,5 +1,7 @@
 //! The scattering functions of the shaders at single points, many cases in one dispatch.
 
+use std::mem::offset_of;
+
 use bytemuck::{Pod, Zeroable};
 
 use super::{Gpu, GpuError, Kernel, tables::scattering_tables};
@@ -150,7 +152,45 @@ fn backward_of_cluster(a_f: f64, a_b: f64) -> f64 {
     a_b * forward / once_more + a_b.powi(3) * forward / once_more.powi(3)
 }
 
-/// Evaluates all cases in one dispatch.
+/// Offsets of the named fields of the shader's `ProbeCase` and its size, for the layout test.
+pub const CASE_LAYOUT: ([(&str, usize); 7], usize) = (
+    [
+        ("fibre", offset_of!(GpuCase, sigma_a)),
+        ("theta_o", offset_of!(GpuCase, theta_o)),
+        ("phi_o", offset_of!(GpuCase, phi_o)),
+        ("theta_j", offset_of!(GpuCase, theta_j)),
+        ("phi_j", offset_of!(GpuCase, phi_j)),
+        ("lambda_j", offset_of!(GpuCase, lambda_j)),
+        ("sigma_f", offset_of!(GpuCase, sigma_f)),
+    ],
+    size_of::<GpuCase>(),
+);
+
+/// Offsets of the fields of the shader's `Fibre`, which begins a case.
+pub const FIBRE_LAYOUT: [(&str, usize); 6] = [
+    ("sigma_a", offset_of!(GpuCase, sigma_a)),
+    ("eta", offset_of!(GpuCase, eta)),
+    ("alpha", offset_of!(GpuCase, alpha)),
+    ("eccentricity", offset_of!(GpuCase, eccentricity)),
+    ("beta", offset_of!(GpuCase, beta)),
+    ("azimuthal_width", offset_of!(GpuCase, azimuthal_width)),
+];
+
+/// Offsets of the fields of the shader's `ProbeResult` and its size.
+pub const RESULT_LAYOUT: ([(&str, usize); 4], usize) = (
+    [
+        ("single", offset_of!(GpuResult, single)),
+        ("global", offset_of!(GpuResult, global)),
+        ("uniform_light", offset_of!(GpuResult, uniform_light)),
+        ("averages", offset_of!(GpuResult, averages)),
+    ],
+    size_of::<GpuResult>(),
+);
+
+/// Cases per dispatch: bounds the result buffer to 30 MB.
+const CHUNK: usize = 1 << 17;
+
+/// Evaluates the cases on the GPU, [`CHUNK`] in a dispatch. Values outside the model's range are moved to its edge by the shaders.
 ///
 /// # Errors
 /// [`GpuError`] when the shader is refused, the cases exceed a buffer, or the device is lost.
@@ -161,19 +201,20 @@ pub fn run(
     scheme: Scheme,
 ) -> Result<Vec<ProbeResult>, GpuError> {
     let Scheme::Nodes = scheme;
-    if cases.is_empty() {
-        return Ok(Vec::new());
-    }
     let kernel = Kernel::new(gpu, "pass/probe.wgsl", &[("quality", f64::from(quality as u8))])?;
     let tables = gpu.storage_of("scattering tables", &scattering_tables())?;
-    let packed: Vec<GpuCase> = cases.iter().map(GpuCase::from).collect();
-    let inputs = gpu.storage_of("probe cases", &packed)?;
-    let outputs = gpu.storage("probe results", (cases.len() * size_of::<GpuResult>()) as u64)?;
-    let bindings = kernel.bind(gpu, &[(0, &tables), (1, &inputs), (2, &outputs)]);
-    kernel.run(gpu, &bindings, cases.len() as u32);
-    Ok(gpu
-        .read::<GpuResult>(&outputs, cases.len())?
-        .iter()
-        .map(ProbeResult::from)
-        .collect())
+    let mut results = Vec::with_capacity(cases.len());
+    for chunk in cases.chunks(CHUNK) {
+        let packed: Vec<GpuCase> = chunk.iter().map(GpuCase::from).collect();
+        let inputs = gpu.storage_of("probe cases", &packed)?;
+        let outputs = gpu.storage("probe results", (chunk.len() * size_of::<GpuResult>()) as u64)?;
+        let bindings = kernel.bind(gpu, &[(0, &tables), (1, &inputs), (2, &outputs)]);
+        kernel.run(gpu, &bindings, chunk.len() as u32);
+        results.extend(
+            gpu.read::<GpuResult>(&outputs, chunk.len())?
+                .iter()
+                .map(ProbeResult::from),
+        );
+    }
+    Ok(results)
 }

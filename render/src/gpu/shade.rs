@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::strands::StrandBuffers;
 use super::tables::scattering_tables;
-use super::transmittance::Transmittance;
+use super::transmittance::{LightBatch, Transmittance};
 use super::{Gpu, GpuError, Kernel};
 use crate::param::LobeRatios;
 
@@ -109,109 +109,161 @@ pub struct ShadeInputs<'a> {
     pub ratios: LobeRatios,
 }
 
-/// The pass, compiled for the quality that was used last.
+/// The two passes, compiled for the quality that was used last.
 pub struct ShadePass {
-    kernel: Option<(Quality, Kernel)>,
+    kernels: Option<(Quality, ShadeKernels)>,
     tables: wgpu::Buffer,
 }
 
+struct ShadeKernels {
+    single: Kernel,
+    multiple: Kernel,
+}
+
+/// What shading evaluated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ShadeReport {
+    /// (refined vertex, light) pairs of single scattering.
+    pub single: u64,
+    /// (groom point, light) pairs of multiple scattering.
+    pub multiple: u64,
+}
+
 impl ShadePass {
-    /// Uploads the scattering tables; the pass is compiled at the first frame, when its quality is known.
+    /// Uploads the scattering tables; the passes are compiled at the first frame, when their quality is known.
     ///
     /// # Errors
     /// [`GpuError::TooLarge`].
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         Ok(Self {
-            kernel: None,
+            kernels: None,
             tables: gpu.storage_of("scattering tables", &scattering_tables())?,
         })
     }
 
-    /// Fills the strands' radiance; returns the number of evaluated (vertex, light) pairs.
+    /// Fills the strands' radiance.
     ///
     /// # Errors
-    /// [`GpuError::Refused`] when the shader does not compile.
+    /// [`GpuError::Refused`] when a shader does not compile.
     pub fn run(
         &mut self,
         gpu: &Gpu,
         settings: &ShadeSettings,
         strands: &StrandBuffers,
         inputs: &ShadeInputs<'_>,
-    ) -> Result<u64, GpuError> {
-        let kernel = match &mut self.kernel {
-            Some((quality, kernel)) if *quality == settings.quality => kernel,
-            stale => {
-                let level = f64::from(settings.quality as u32);
-                let kernel = Kernel::new(gpu, "pass/shade.wgsl", &[("quality", level)])?;
-                &mut stale.insert((settings.quality, kernel)).1
-            }
-        };
-        let (Some(frames), Some(directions)) = (
+    ) -> Result<ShadeReport, GpuError> {
+        let mut report = ShadeReport::default();
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        encoder.clear_buffer(&strands.multiple, 0, None);
+        encoder.clear_buffer(&strands.radiance, 0, None);
+        gpu.queue.submit([encoder.finish()]);
+        let buffers = (
             inputs.transmittance.light_buffer(),
             inputs.transmittance.direction_buffer(),
-        ) else {
-            return Ok(0);
+        );
+        let (Some(frames), Some(directions)) = buffers else {
+            return Ok(report);
         };
-        let point_count = inputs.params.size() as u32 / size_of::<crate::param::VertexParams>() as u32;
-        let mut evaluated = 0;
-        for batch in inputs.transmittance.batches() {
-            // Lights of the user and lights that stand for the uniform environment are weighed differently.
-            let split = inputs
-                .real_light_count
-                .clamp(batch.lights.start, batch.lights.end);
-            for (lights, constant) in [
-                (batch.lights.start..split, Vec3::ZERO),
-                (split..batch.lights.end, inputs.constant),
-            ] {
-                if lights.is_empty() {
-                    continue;
-                }
-                let uniform = ShadeUniform {
-                    camera_position: inputs.camera_position.to_array(),
-                    vertex_count: strands.vertex_count,
-                    constant: constant.to_array(),
-                    point_count,
-                    alpha_ratios: [inputs.ratios.alpha_tt, inputs.ratios.alpha_trt],
-                    beta_ratios: [inputs.ratios.beta_tt, inputs.ratios.beta_trt],
-                    terms: settings.terms.0
-                        & if settings.multiple == Multiple::Off {
-                            Terms::SINGLE.0
-                        } else {
-                            Terms::ALL.0
-                        },
-                    first_light: lights.start,
-                    light_count: lights.len() as u32,
-                    first_record: (lights.start - batch.lights.start) * point_count,
-                    adds: u32::from(evaluated > 0),
-                    multiple: u32::from(settings.multiple == Multiple::Zinke2008),
-                    padding: [0; 2],
-                };
-                let uniform = gpu.uniform_of("shade", &uniform);
-                let bound = kernel.bind(
-                    gpu,
-                    &[
-                        (0, &uniform),
-                        (1, &strands.vertices),
-                        (2, inputs.params),
-                        (3, inputs.lights),
-                        (4, frames),
-                        (5, directions),
-                        (6, &batch.visibility),
-                        (7, &batch.path),
-                        (8, inputs.transmittance.averages_table()),
-                        (9, &strands.radiance),
-                        (10, &self.tables),
-                    ],
-                );
-                kernel.run(gpu, &bound, strands.vertex_count);
-                evaluated += u64::from(strands.vertex_count) * lights.len() as u64;
+
+        let tables = &self.tables;
+        let kernels = match &mut self.kernels {
+            Some((quality, kernels)) if *quality == settings.quality => kernels,
+            stale => {
+                &mut stale
+                    .insert((settings.quality, ShadeKernels::new(gpu, settings.quality)?))
+                    .1
+            }
+        };
+        let common = [
+            (1, &strands.vertices),
+            (2, inputs.params),
+            (3, inputs.lights),
+            (4, frames),
+            (5, tables),
+        ];
+        if settings.multiple != Multiple::Off && settings.terms.0 & Terms::MULTIPLE.0 != 0 {
+            for run in runs(settings, strands, inputs) {
+                let uniform = gpu.uniform_of("shade multiple", &run.uniform);
+                let own = [
+                    (0, &uniform),
+                    (6, &run.batch.path),
+                    (7, &strands.multiple),
+                    (8, directions),
+                    (9, inputs.transmittance.averages_table()),
+                    (10, &strands.point_vertices),
+                ];
+                let bound = kernels.multiple.bind(gpu, &[&common[..], &own].concat());
+                kernels.multiple.run(gpu, &bound, strands.point_count);
+                report.multiple += u64::from(strands.point_count) * u64::from(run.uniform.light_count);
             }
         }
-        if evaluated == 0 {
-            let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            encoder.clear_buffer(&strands.radiance, 0, None);
-            gpu.queue.submit([encoder.finish()]);
+        for run in runs(settings, strands, inputs) {
+            let uniform = gpu.uniform_of("shade", &run.uniform);
+            let own = [
+                (0, &uniform),
+                (6, &run.batch.visibility),
+                (7, &strands.multiple),
+                (8, &strands.radiance),
+            ];
+            let bound = kernels.single.bind(gpu, &[&common[..], &own].concat());
+            kernels.single.run(gpu, &bound, strands.vertex_count);
+            report.single += u64::from(strands.vertex_count) * u64::from(run.uniform.light_count);
         }
-        Ok(evaluated)
+        Ok(report)
     }
+}
+
+impl ShadeKernels {
+    fn new(gpu: &Gpu, quality: Quality) -> Result<Self, GpuError> {
+        // Multiple scattering is an approximation of some percent: only pictures to compare with want its integrals finer.
+        let multiple = if quality == Quality::High {
+            Quality::Standard
+        } else {
+            Quality::Draft
+        };
+        let level = |quality: Quality| [("quality", f64::from(quality as u32))];
+        Ok(Self {
+            single: Kernel::new(gpu, "pass/shade.wgsl", &level(quality))?,
+            multiple: Kernel::new(gpu, "pass/shade_multiple.wgsl", &level(multiple))?,
+        })
+    }
+}
+
+/// One dispatch: lights of one batch that are weighed alike.
+struct Run<'a> {
+    batch: &'a LightBatch,
+    uniform: ShadeUniform,
+}
+
+/// The dispatches of a frame: batch after batch, the user's lights apart from those that stand for the uniform environment.
+fn runs<'a>(settings: &ShadeSettings, strands: &StrandBuffers, inputs: &ShadeInputs<'a>) -> Vec<Run<'a>> {
+    let mut runs: Vec<Run<'a>> = Vec::new();
+    for batch in inputs.transmittance.batches() {
+        let split = inputs
+            .real_light_count
+            .clamp(batch.lights.start, batch.lights.end);
+        let parts = [
+            (batch.lights.start..split, Vec3::ZERO),
+            (split..batch.lights.end, inputs.constant),
+        ];
+        for (lights, constant) in parts.into_iter().filter(|(lights, _)| !lights.is_empty()) {
+            let uniform = ShadeUniform {
+                camera_position: inputs.camera_position.to_array(),
+                vertex_count: strands.vertex_count,
+                constant: constant.to_array(),
+                point_count: strands.point_count,
+                alpha_ratios: [inputs.ratios.alpha_tt, inputs.ratios.alpha_trt],
+                beta_ratios: [inputs.ratios.beta_tt, inputs.ratios.beta_trt],
+                terms: settings.terms.0,
+                first_light: lights.start,
+                light_count: lights.len() as u32,
+                first_record: (lights.start - batch.lights.start) * strands.point_count,
+                adds: u32::from(!runs.is_empty()),
+                multiple: u32::from(settings.multiple == Multiple::Zinke2008),
+                padding: [0; 2],
+            };
+            runs.push(Run { batch, uniform });
+        }
+    }
+    runs
 }

@@ -39,12 +39,18 @@ pub struct StrandBuffers {
     pub vertices: wgpu::Buffer,
     /// [`Segment`] each.
     pub segments: wgpu::Buffer,
+    /// Index of the refined vertex of every groom point.
+    pub point_vertices: wgpu::Buffer,
+    /// Scene-linear radiance by multiple scattering, vec4 a groom point.
+    pub multiple: wgpu::Buffer,
     /// Scene-linear radiance, vec4 a vertex.
     pub radiance: wgpu::Buffer,
     /// Number of vertices.
     pub vertex_count: u32,
     /// Number of segments.
     pub segment_count: u32,
+    /// Number of groom points.
+    pub point_count: u32,
 }
 
 impl StrandBuffers {
@@ -83,12 +89,22 @@ impl StrandBuffers {
     /// # Errors
     /// [`GpuError::TooLarge`].
     pub fn from_parts(gpu: &Gpu, vertices: &[RefinedVertex], segments: &[Segment]) -> Result<Self, GpuError> {
+        // The refined vertex at a groom point is the first one that has it as its source.
+        let mut point_vertices = Vec::new();
+        for (index, vertex) in vertices.iter().enumerate() {
+            if vertex.source_point as usize == point_vertices.len() {
+                point_vertices.push(index as u32);
+            }
+        }
         Ok(Self {
             vertices: gpu.storage_of("refined vertices", vertices)?,
             segments: gpu.storage_of("segments", segments)?,
+            point_vertices: gpu.storage_of("point vertices", &point_vertices)?,
+            multiple: gpu.storage("multiple scattering", 16 * point_vertices.len() as u64)?,
             radiance: gpu.storage("strand radiance", 16 * vertices.len() as u64)?,
             vertex_count: vertices.len() as u32,
             segment_count: segments.len() as u32,
+            point_count: point_vertices.len() as u32,
         })
     }
 }

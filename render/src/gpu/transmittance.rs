@@ -23,8 +23,8 @@ pub const PATH_BYTES: u64 = 16;
 /// Nodes of the table of averages: 32 absorptions times 64 inclinations.
 const AVERAGES_NODES: u32 = 32 * 64;
 
-/// Entries of the table of averages: two per node of `shaders/lib/averages_table.wgsl`, one per absorption after them.
-pub const AVERAGES_ENTRIES: usize = 2 * AVERAGES_NODES as usize + 32;
+/// Entries of the table of averages: three per node of `shaders/lib/averages_table.wgsl`, one per absorption after them.
+pub const AVERAGES_ENTRIES: usize = 3 * AVERAGES_NODES as usize + 32;
 
 /// Records of consecutive lights, light-major: the record of light `j` at point `i` is number `(j - lights.start) * point_count + i`.
 pub struct LightBatch {

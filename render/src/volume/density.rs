@@ -23,7 +23,7 @@ const MAX_RHO: f64 = 60000.0;
 /// Resolution and memory of a volume.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumeSettings {
-    /// Voxel size in fibre spacings.
+    /// Voxel size in fibre spacings; from 1 to 2 the error of visibility changes little, time falls with it.
     pub voxel_spacings: f32,
     /// Most voxels that may be stored (8 bytes each for the density, 32 for what paint adds); voxels grow until they fit.
     pub max_stored_voxels: u32,
@@ -32,7 +32,7 @@ pub struct VolumeSettings {
 impl Default for VolumeSettings {
     fn default() -> Self {
         Self {
-            voxel_spacings: 1.0,
+            voxel_spacings: 1.25,
             max_stored_voxels: 4 << 20,
         }
     }

@@ -1,0 +1,341 @@
+//! The picture, made on a thread with a device of its own: the window stays alive however long a frame takes, and a lost
+//! device costs a frame, not the document. The newest request wins; what has not changed is not sent.
+
+use std::{
+    sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
+    thread,
+    time::{Duration, Instant},
+};
+
+use balayage_render::{
+    gpu::{Camera, FrameReport, Gpu, GpuError, Quality, RenderSettings, Renderer},
+    groom::{Groom, Mesh},
+    light::{EnvironmentMap, LightSet},
+    param::{LobeRatios, VertexParams},
+};
+
+use crate::{paint::DirtyRanges, tool::PickFrame};
+
+/// A view that is wanted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct ViewRequest {
+    pub(super) camera: Camera,
+    /// Pixels of the viewport.
+    pub(super) size: [u32; 2],
+    pub(super) settings: RenderSettings,
+    /// Something is being dragged: a quick picture is worth more than a sharp one.
+    pub(super) moving: bool,
+}
+
+/// Strands and head.
+#[derive(Clone)]
+pub(super) struct SceneInput {
+    pub(super) groom: Arc<Groom>,
+    pub(super) head: Option<Arc<Mesh>>,
+}
+
+/// Lights and what is seen behind the hair.
+#[derive(Clone)]
+pub(super) struct LightInput {
+    pub(super) lights: LightSet,
+    pub(super) background: Option<Arc<EnvironmentMap>>,
+    pub(super) turn_rad: f32,
+    pub(super) scale: f32,
+}
+
+/// A picture that is done.
+pub(super) struct Frame {
+    /// Size of the picture and its sRGB bytes, straight alpha.
+    pub(super) size: [usize; 2],
+    pub(super) rgba: Vec<u8>,
+    pub(super) picks: Option<PickFrame>,
+    pub(super) report: FrameReport,
+    pub(super) milliseconds: f64,
+    pub(super) is_draft: bool,
+}
+
+/// What the thread reports.
+pub(super) enum ViewerEvent {
+    /// The adapter that draws.
+    Adapter(String),
+    Frame(Box<Frame>),
+    /// The picture could not be made; the next request starts anew.
+    Failed(String),
+}
+
+/// What has changed since the thread last looked.
+#[derive(Default)]
+struct Inbox {
+    scene: Option<SceneInput>,
+    params: Option<(Vec<VertexParams>, DirtyRanges)>,
+    ratios: Option<LobeRatios>,
+    light: Option<LightInput>,
+    view: Option<ViewRequest>,
+    quit: bool,
+}
+
+impl Inbox {
+    fn is_empty(&self) -> bool {
+        self.scene.is_none()
+            && self.params.is_none()
+            && self.ratios.is_none()
+            && self.light.is_none()
+            && self.view.is_none()
+            && !self.quit
+    }
+}
+
+#[derive(Default)]
+struct Shared {
+    inbox: Mutex<Inbox>,
+    wake: Condvar,
+    events: Mutex<Vec<ViewerEvent>>,
+}
+
+impl Shared {
+    fn inbox(&self) -> MutexGuard<'_, Inbox> {
+        self.inbox.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn events(&self) -> MutexGuard<'_, Vec<ViewerEvent>> {
+        self.events.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The drawing thread as the editor sees it.
+pub(super) struct Viewer {
+    shared: Arc<Shared>,
+    last_view: Option<ViewRequest>,
+}
+
+impl Viewer {
+    /// Starts the thread; `context` is repainted whenever it has something to tell.
+    pub(super) fn start(context: &egui::Context) -> Self {
+        let shared = Arc::new(Shared::default());
+        let worker = Worker::new(shared.clone(), context.clone());
+        thread::spawn(move || worker.run());
+        Self {
+            shared,
+            last_view: None,
+        }
+    }
+
+    /// Another groom or head; parameters have to follow.
+    pub(super) fn set_scene(&mut self, scene: SceneInput) {
+        self.send(|inbox| {
+            inbox.scene = Some(scene);
+            inbox.params = None;
+        });
+    }
+
+    /// Parameters of every point, of which those in `dirty` changed.
+    pub(super) fn set_params(&mut self, params: &[VertexParams], dirty: &DirtyRanges) {
+        if dirty.is_empty() {
+            return;
+        }
+        self.send(|inbox| {
+            let mut dirty = dirty.clone();
+            if let Some((_, earlier)) = &inbox.params {
+                dirty.merge(earlier);
+            }
+            inbox.params = Some((params.to_vec(), dirty));
+        });
+    }
+
+    pub(super) fn set_ratios(&mut self, ratios: LobeRatios) {
+        self.send(|inbox| inbox.ratios = Some(ratios));
+    }
+
+    pub(super) fn set_light(&mut self, light: LightInput) {
+        self.send(|inbox| inbox.light = Some(light));
+    }
+
+    /// Asks for a view; the same view again is no request.
+    pub(super) fn set_view(&mut self, view: ViewRequest) {
+        if self.last_view != Some(view) {
+            self.last_view = Some(view);
+            self.send(|inbox| inbox.view = Some(view));
+        }
+    }
+
+    /// What was reported since the last call.
+    pub(super) fn events(&self) -> Vec<ViewerEvent> {
+        std::mem::take(&mut *self.shared.events())
+    }
+
+    fn send(&self, change: impl FnOnce(&mut Inbox)) {
+        change(&mut self.shared.inbox());
+        self.shared.wake.notify_one();
+    }
+}
+
+impl Drop for Viewer {
+    fn drop(&mut self) {
+        self.send(|inbox| inbox.quit = true);
+    }
+}
+
+/// A full frame faster than this needs no draft before it.
+const QUICK_MS: f64 = 120.0;
+/// How long nothing may change before a draft is sharpened.
+const REST: Duration = Duration::from_millis(150);
+/// Drafts have that share of the viewport's pixels per side.
+const DRAFT_SHARE: u32 = 2;
+
+/// The thread's own side: everything that was sent, so that a renderer can be rebuilt from it.
+struct Worker {
+    shared: Arc<Shared>,
+    context: egui::Context,
+    renderer: Option<Renderer>,
+    scene: Option<SceneInput>,
+    params: Vec<VertexParams>,
+    ratios: LobeRatios,
+    light: Option<LightInput>,
+    view: Option<ViewRequest>,
+    last_full_ms: f64,
+}
+
+impl Worker {
+    fn new(shared: Arc<Shared>, context: egui::Context) -> Self {
+        Self {
+            shared,
+            context,
+            renderer: None,
+            scene: None,
+            params: Vec::new(),
+            ratios: LobeRatios::default(),
+            light: None,
+            view: None,
+            last_full_ms: f64::INFINITY,
+        }
+    }
+
+    fn run(mut self) {
+        let mut sharpen = false;
+        loop {
+            let inbox = self.next(sharpen);
+            if inbox.quit {
+                return;
+            }
+            let changed = !inbox.is_empty();
+            match self.frame(inbox, changed) {
+                Ok(drew_draft) => sharpen = drew_draft,
+                Err(error) => {
+                    self.renderer = None;
+                    sharpen = false;
+                    self.tell(ViewerEvent::Failed(error.to_string()));
+                }
+            }
+        }
+    }
+
+    /// Waits for news; when a draft is to be sharpened, only until the hand rests.
+    fn next(&self, sharpen: bool) -> Inbox {
+        let inbox = self.shared.inbox();
+        let inbox = if sharpen {
+            let waited = self
+                .shared
+                .wake
+                .wait_timeout_while(inbox, REST, |inbox| inbox.is_empty());
+            waited.unwrap_or_else(PoisonError::into_inner).0
+        } else {
+            let waited = self.shared.wake.wait_while(inbox, |inbox| inbox.is_empty());
+            waited.unwrap_or_else(PoisonError::into_inner)
+        };
+        let mut inbox = inbox;
+        std::mem::take(&mut *inbox)
+    }
+
+    /// Takes what is new and draws; returns true where the picture is a draft that wants sharpening.
+    fn frame(&mut self, inbox: Inbox, changed: bool) -> Result<bool, GpuError> {
+        self.take(inbox)?;
+        let (Some(view), Some(_), Some(_)) = (self.view, &self.scene, &self.light) else {
+            return Ok(false);
+        };
+        if self.params.is_empty() {
+            return Ok(false);
+        }
+        let is_draft = view.moving || (changed && self.last_full_ms > QUICK_MS);
+        let start = Instant::now();
+        let Some(renderer) = &mut self.renderer else {
+            return Ok(false);
+        };
+        let mut settings = view.settings;
+        let mut size = view.size;
+        if is_draft {
+            settings.shade.quality = Quality::Draft;
+            settings.samples = 1;
+            size = size.map(|side| (side / DRAFT_SHARE).max(1));
+        }
+        let report = renderer.render(&view.camera, size, &settings)?;
+        let rgba = renderer.shown_bytes()?;
+        let picks = Some(PickFrame {
+            camera: view.camera,
+            picks: renderer.picks()?,
+        });
+        let milliseconds = start.elapsed().as_secs_f64() * 1e3;
+        if !is_draft {
+            self.last_full_ms = milliseconds;
+        }
+        let size = size.map(|side| side as usize);
+        self.tell(ViewerEvent::Frame(Box::new(Frame {
+            size,
+            rgba,
+            picks,
+            report,
+            milliseconds,
+            is_draft,
+        })));
+        Ok(is_draft && !view.moving)
+    }
+
+    /// Brings the renderer up to date; one that is missing is built and gets everything.
+    fn take(&mut self, inbox: Inbox) -> Result<(), GpuError> {
+        let fresh = self.renderer.is_none();
+        let new_scene = inbox.scene.is_some();
+        if inbox.scene.is_some() {
+            self.scene = inbox.scene;
+            self.params.clear();
+        }
+        let mut dirty = DirtyRanges::none();
+        if let Some((params, changed)) = inbox.params {
+            self.params = params;
+            dirty = changed;
+        }
+        self.ratios = inbox.ratios.unwrap_or(self.ratios);
+        let new_light = inbox.light.is_some();
+        self.light = inbox.light.or(self.light.take());
+        self.view = inbox.view.or(self.view);
+        let (Some(scene), Some(light)) = (&self.scene, &self.light) else {
+            return Ok(());
+        };
+
+        if fresh {
+            let gpu = Gpu::headless()?;
+            self.tell(ViewerEvent::Adapter(gpu.adapter_name.clone()));
+            self.renderer = Some(Renderer::new(&gpu)?);
+        }
+        let Some(renderer) = &mut self.renderer else {
+            return Ok(());
+        };
+        if fresh || new_scene {
+            renderer.set_groom(&scene.groom, scene.head.as_deref())?;
+            dirty = DirtyRanges::all(self.params.len());
+        }
+        if self.params.len() == scene.groom.point_count() && !dirty.is_empty() {
+            renderer.set_params(&self.params, dirty.ranges())?;
+        }
+        renderer.set_ratios(self.ratios);
+        if fresh || new_light {
+            renderer.set_lights(&light.lights)?;
+            renderer.set_background(light.background.as_deref())?;
+            renderer.turn_background(light.turn_rad, light.scale);
+        }
+        Ok(())
+    }
+
+    fn tell(&self, event: ViewerEvent) {
+        self.shared.events().push(event);
+        self.context.request_repaint();
+    }
+}

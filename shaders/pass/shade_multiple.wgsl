@@ -1,0 +1,62 @@
+// Multiple scattering (D, L, U) of every groom point to the camera under one batch of lights: smooth along a strand, so that the refined
+// vertices between two points interpolate it. One thread a point; batches add up.
+
+//!use lib/shade.wgsl
+//!use lib/light.wgsl
+//!use lib/lobe_light.wgsl
+//!use lib/multiple.wgsl
+
+@group(0) @binding(0) var<uniform> shade: ShadeUniform;
+@group(0) @binding(1) var<storage, read> vertices: array<RefinedVertex>;
+@group(0) @binding(2) var<storage, read> params: array<VertexParams>;
+@group(0) @binding(3) var<storage, read> lights: array<Light>;
+@group(0) @binding(4) var<storage, read> frames: array<LobeLight>;
+@group(0) @binding(5) var<storage, read> tables: array<vec4f>;
+@group(0) @binding(6) var<storage, read> paths: array<vec4u>;
+@group(0) @binding(7) var<storage, read_write> multiple: array<vec4f>;
+@group(0) @binding(8) var<storage, read> directions: array<LobeDirection>;
+@group(0) @binding(9) var<storage, read> averages_table: array<vec4f>;
+@group(0) @binding(10) var<storage, read> point_vertices: array<u32>;    // the refined vertex of each groom point
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    let point = id.x + id.y * 65535u * 64u;
+    if point >= shade.point_count { return; }
+    let vertex = vertices[point_vertices[point]];
+    let fibre = fibre_from_params(params[point], shade.alpha_ratios, shade.beta_ratios);
+    let local_from_world = fibre_from_world(vertex);
+    let view_angles = angles(local_from_world * normalize(shade.camera_position - vertex.position));
+    let view = prepare_multiple(fibre, view_angles.x, view_angles.y);
+    var out = select(vec3f(0.0), multiple[point].rgb, shade.adds != 0u);
+    for (var j = 0u; j < shade.light_count; j++) {
+        let light = lights[shade.first_light + j];
+        let path = unpack_path(paths[shade.first_record + j * shade.point_count + point]);
+        // Every term is a part of what is scattered forward to the point.
+        if all(path.t_f < vec3f(NOTHING_ARRIVES)) { continue; }
+        out += light.radiance * terms_of_light(view, local_from_world, shade.first_light + j, light.direction, path);
+    }
+    multiple[point] = vec4f(out, 1.0);
+}
+
+// D, L and U of one light of radiance 1, as many directions as its width wants.
+fn terms_of_light(v: MultipleView, local_from_world: mat3x3f, light: u32, towards: vec3f, path: PathRecord) -> vec3f {
+    let frame = frames[light];
+    if shade.multiple == 1u {
+        let centre = angles(local_from_world * towards);
+        let terms = zinke2008_terms(v, centre.x, centre.y, frame.bandwidth, path);
+        return frame.solid_angle * weighted(terms, vec3f(1.0));
+    }
+    var sum = vec3f(0.0);
+    for (var k = 0u; k < frame.path_count; k++) {
+        let spread = directions[frame.first_path + k];
+        let at = angles(local_from_world * world_from_lobe(frame, spread.local, vec2f(1.0, 0.0)));
+        sum += spread.solid_angle * weighted(m2_terms(v, at.x, at.y, path), M2_WEIGHTS);
+    }
+    return sum;
+}
+
+fn weighted(terms: MultipleTerms, weights: vec3f) -> vec3f {
+    return select(vec3f(0.0), weights.x * terms.d, (shade.terms & TERM_D) != 0u)
+        + select(vec3f(0.0), weights.y * terms.l, (shade.terms & TERM_L) != 0u)
+        + select(vec3f(0.0), weights.z * terms.u, (shade.terms & TERM_U) != 0u);
+}
