@@ -90,6 +90,10 @@ pub const SOURCES: &[(&str, &str)] = &[
         include_str!("../../../shaders/lib/volume.wgsl"),
     ),
     source(
+        "lib/work_list.wgsl",
+        include_str!("../../../shaders/lib/work_list.wgsl"),
+    ),
+    source(
         "pass/averages.wgsl",
         include_str!("../../../shaders/pass/averages.wgsl"),
     ),
@@ -127,12 +131,20 @@ pub const SOURCES: &[(&str, &str)] = &[
         include_str!("../../../shaders/pass/strand_bin.wgsl"),
     ),
     source(
+        "pass/strand_radiance.wgsl",
+        include_str!("../../../shaders/pass/strand_radiance.wgsl"),
+    ),
+    source(
         "pass/transmittance_path.wgsl",
         include_str!("../../../shaders/pass/transmittance_path.wgsl"),
     ),
     source(
         "pass/transmittance_visibility.wgsl",
         include_str!("../../../shaders/pass/transmittance_visibility.wgsl"),
+    ),
+    source(
+        "pass/work_list.wgsl",
+        include_str!("../../../shaders/pass/work_list.wgsl"),
     ),
     source("pass/view.wgsl", include_str!("../../../shaders/pass/view.wgsl")),
 ];
