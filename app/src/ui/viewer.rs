@@ -105,6 +105,7 @@ impl Shared {
 /// The drawing thread as the editor sees it.
 pub(super) struct Viewer {
     shared: Arc<Shared>,
+    thread: Option<thread::JoinHandle<()>>,
     last_view: Option<ViewRequest>,
 }
 
@@ -113,9 +114,10 @@ impl Viewer {
     pub(super) fn start(context: &egui::Context) -> Self {
         let shared = Arc::new(Shared::default());
         let worker = Worker::new(shared.clone(), context.clone());
-        thread::spawn(move || worker.run());
+        let thread = thread::spawn(move || worker.run());
         Self {
             shared,
+            thread: Some(thread),
             last_view: None,
         }
     }
@@ -170,8 +172,12 @@ impl Viewer {
 }
 
 impl Drop for Viewer {
+    /// Waits for the frame under way: a driver must not be unloaded under a thread that uses it.
     fn drop(&mut self) {
         self.send(|inbox| inbox.quit = true);
+        if self.thread.take().is_some_and(|thread| thread.join().is_err()) {
+            log::error!("the drawing thread had stopped unexpectedly");
+        }
     }
 }
 
