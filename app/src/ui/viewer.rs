@@ -308,6 +308,7 @@ impl Worker {
             self.params = params;
             dirty = changed;
         }
+        let new_ratios = inbox.ratios.is_some_and(|ratios| ratios != self.ratios);
         self.ratios = inbox.ratios.unwrap_or(self.ratios);
         let new_light = inbox.light.is_some();
         self.light = inbox.light.or(self.light.take());
@@ -326,12 +327,15 @@ impl Worker {
         };
         if fresh || new_scene {
             renderer.set_groom(&scene.groom, scene.head.as_deref())?;
+        }
+        // What is kept of the ratios and the groom is kept with the parameters.
+        if fresh || new_scene || new_ratios {
             dirty = DirtyRanges::all(self.params.len());
         }
+        renderer.set_ratios(self.ratios);
         if self.params.len() == scene.groom.point_count() && !dirty.is_empty() {
             renderer.set_params(&self.params, dirty.ranges())?;
         }
-        renderer.set_ratios(self.ratios);
         if fresh || new_light {
             renderer.set_lights(&light.lights)?;
             renderer.set_background(light.background.as_deref())?;
