@@ -448,7 +448,7 @@ impl eframe::App for Editor {
         Panel::bottom("status").show(ui, |ui| self.status_bar(ui));
         Panel::left("tools")
             .resizable(false)
-            .default_size(92.0)
+            .default_size(104.0)
             .show(ui, |ui| self.tool_bar(ui));
         Panel::right("dock")
             .default_size(300.0)

@@ -105,6 +105,7 @@ impl Shared {
 /// The drawing thread as the editor sees it.
 pub(super) struct Viewer {
     shared: Arc<Shared>,
+    thread: Option<thread::JoinHandle<()>>,
     last_view: Option<ViewRequest>,
 }
 
@@ -113,9 +114,10 @@ impl Viewer {
     pub(super) fn start(context: &egui::Context) -> Self {
         let shared = Arc::new(Shared::default());
         let worker = Worker::new(shared.clone(), context.clone());
-        thread::spawn(move || worker.run());
+        let thread = thread::spawn(move || worker.run());
         Self {
             shared,
+            thread: Some(thread),
             last_view: None,
         }
     }
@@ -170,8 +172,12 @@ impl Viewer {
 }
 
 impl Drop for Viewer {
+    /// Waits for the frame under way: a driver must not be unloaded under a thread that uses it.
     fn drop(&mut self) {
         self.send(|inbox| inbox.quit = true);
+        if self.thread.take().is_some_and(|thread| thread.join().is_err()) {
+            log::error!("the drawing thread had stopped unexpectedly");
+        }
     }
 }
 
@@ -302,6 +308,7 @@ impl Worker {
             self.params = params;
             dirty = changed;
         }
+        let new_ratios = inbox.ratios.is_some_and(|ratios| ratios != self.ratios);
         self.ratios = inbox.ratios.unwrap_or(self.ratios);
         let new_light = inbox.light.is_some();
         self.light = inbox.light.or(self.light.take());
@@ -320,12 +327,15 @@ impl Worker {
         };
         if fresh || new_scene {
             renderer.set_groom(&scene.groom, scene.head.as_deref())?;
+        }
+        // What is kept of the ratios and the groom is kept with the parameters.
+        if fresh || new_scene || new_ratios {
             dirty = DirtyRanges::all(self.params.len());
         }
+        renderer.set_ratios(self.ratios);
         if self.params.len() == scene.groom.point_count() && !dirty.is_empty() {
             renderer.set_params(&self.params, dirty.ranges())?;
         }
-        renderer.set_ratios(self.ratios);
         if fresh || new_light {
             renderer.set_lights(&light.lights)?;
             renderer.set_background(light.background.as_deref())?;

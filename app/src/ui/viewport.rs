@@ -43,17 +43,17 @@ impl Editor {
             }
             None => {
                 ui.painter().rect_filled(rect, 0.0, Color32::from_gray(50));
+                if self.document.is_some() {
+                    note(ui, rect, "Preparing the first picture…");
+                }
             }
         }
         if self.document.is_none() {
             if self.opening.is_none() {
-                let hint = "Open a project or a groom: File, Open, or drop a file here.";
-                ui.painter().text(
-                    rect.center(),
-                    egui::Align2::CENTER_CENTER,
-                    hint,
-                    Default::default(),
-                    Color32::GRAY,
+                note(
+                    ui,
+                    rect,
+                    "Open a project or a groom: File, Open, or drop a file here.",
                 );
             }
             return;
@@ -331,4 +331,16 @@ fn in_picture(place: Vec2, rect: Rect) -> Vec2 {
 pub(super) fn swatch(color: BrushColor) -> Color32 {
     let [r, g, b] = color.0;
     egui::Rgba::from_rgb(r, g, b).into()
+}
+
+/// A line in the middle of an empty viewport.
+fn note(ui: &Ui, rect: Rect, text: &str) {
+    let font = egui::TextStyle::Body.resolve(ui.style());
+    ui.painter().text(
+        rect.center(),
+        egui::Align2::CENTER_CENTER,
+        text,
+        font,
+        Color32::from_gray(170),
+    );
 }
