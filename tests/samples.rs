@@ -138,7 +138,7 @@ fn samples() -> Vec<(&'static str, String)> {
     let (mut straight, groom) = natural("long-straight", "city", 1.3, 0.2);
     balayage(&mut straight, &groom, [0.03, 0.16, 0.4], 0.04);
     let (mut curly, groom) = natural("curly", "studio", 1.8, 0.3);
-    balayage(&mut curly, &groom, [0.05, 0.5, 0.12], 0.015);
+    balayage(&mut curly, &groom, [0.05, 0.5, 0.12], 0.025);
     let (mut bob, groom) = natural("wavy-bob", "sunrise", 0.12, 0.05);
     let teal = StrokeValue::Rgb([0.9, 0.08, 0.14]);
     let left = dabs(&groom, 0.03, |position, arc| arc > 0.55 && position.x > 0.0);
