@@ -386,6 +386,7 @@ fn edges_of_the_parameters_are_finite() {
     let view = direction(FRAC_PI_2, -PI);
     let fibres = [
         Fibre { eta: 1.0, ..BROWN },
+        Fibre { eta: 1.0, ..CLEAR },
         Fibre {
             eta: 1.0 + 1e-7,
             ..BROWN

@@ -1,6 +1,7 @@
 //! Laws, parity, layout, images, painting, project and command line.
 
 mod cli;
+mod frame;
 mod furnace;
 mod groom;
 mod groom_damage;

@@ -14,6 +14,7 @@ pub mod strands;
 pub mod tables;
 mod transmittance;
 pub mod view;
+mod work_list;
 
 pub use camera::{Camera, CameraFile};
 pub use device::{Gpu, GpuError};

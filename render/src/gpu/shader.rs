@@ -29,6 +29,7 @@ pub const SOURCES: &[(&str, &str)] = &[
     source("lib/types.wgsl", include_str!("../../../shaders/lib/types.wgsl")),
     source("lib/view.wgsl", include_str!("../../../shaders/lib/view.wgsl")),
     source("lib/volume.wgsl", include_str!("../../../shaders/lib/volume.wgsl")),
+    source("lib/work_list.wgsl", include_str!("../../../shaders/lib/work_list.wgsl")),
     source("pass/averages.wgsl", include_str!("../../../shaders/pass/averages.wgsl")),
     source("pass/density_paint.wgsl", include_str!("../../../shaders/pass/density_paint.wgsl")),
     source("pass/head.wgsl", include_str!("../../../shaders/pass/head.wgsl")),
@@ -39,9 +40,11 @@ pub const SOURCES: &[(&str, &str)] = &[
     source("pass/shade_multiple.wgsl", include_str!("../../../shaders/pass/shade_multiple.wgsl")),
     source("pass/strand_alloc.wgsl", include_str!("../../../shaders/pass/strand_alloc.wgsl")),
     source("pass/strand_bin.wgsl", include_str!("../../../shaders/pass/strand_bin.wgsl")),
+    source("pass/strand_radiance.wgsl", include_str!("../../../shaders/pass/strand_radiance.wgsl")),
     source("pass/transmittance_path.wgsl", include_str!("../../../shaders/pass/transmittance_path.wgsl")),
     source("pass/transmittance_visibility.wgsl", include_str!("../../../shaders/pass/transmittance_visibility.wgsl")),
     source("pass/view.wgsl", include_str!("../../../shaders/pass/view.wgsl")),
+    source("pass/work_list.wgsl", include_str!("../../../shaders/pass/work_list.wgsl")),
 ];
 
 const fn source(path: &'static str, text: &'static str) -> (&'static str, &'static str) {

@@ -34,14 +34,14 @@ struct Path {
 impl CrossSection {
     /// At relative index `eta` and difference angle theta_d = (theta_o - theta_i) / 2, radians.
     pub fn new(eta: f64, theta_d: f64) -> Self {
-        let (sin_theta_d, cos_theta_d) = theta_d.sin_cos();
-        let cos_theta_d = cos_theta_d.max(1e-12);
-        let sin_theta_t = sin_theta_d / eta;
+        // At a pole eta' is infinite; 1e-12 stands for it and keeps every quotient finite.
+        let cos_theta_d = theta_d.cos().max(1e-12);
+        let excess = (eta - 1.0) * (eta + 1.0);
         Self {
             eta,
             cos_theta_d,
-            eta_prime_excess: (eta * eta - 1.0) / (cos_theta_d * cos_theta_d),
-            cos_theta_t: (1.0 - sin_theta_t * sin_theta_t).max(0.0).sqrt(),
+            eta_prime_excess: excess / (cos_theta_d * cos_theta_d),
+            cos_theta_t: (excess + cos_theta_d * cos_theta_d).max(0.0).sqrt() / eta,
         }
     }
 

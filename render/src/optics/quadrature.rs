@@ -69,13 +69,15 @@ pub struct Estimate<const N: usize> {
 }
 
 impl<const N: usize> Estimate<N> {
-    /// The largest relative error of the components.
+    /// The largest relative error of the components; infinite where one is no number.
     pub fn relative_error(&self) -> f64 {
         self.value
             .iter()
             .zip(&self.error)
             .map(|(value, error)| {
-                if *error > NEGLIGIBLE {
+                if !value.is_finite() {
+                    f64::INFINITY
+                } else if *error > NEGLIGIBLE {
                     error / value.abs()
                 } else {
                     0.0

@@ -71,6 +71,15 @@ pub fn mean_cosine(bandwidth: f32) -> f64 {
     }
 }
 
+/// Lights with less than this share of the whole power get one direction, however wide: what is seen of such a light is then some 20 % off
+/// at a point, the whole less than 0.2 %.
+pub const ONE_DIRECTION_SHARE: f64 = 0.01;
+
+/// Radiance (mean of the channels) times solid angle.
+fn power(light: &SrbfLight) -> f64 {
+    f64::from(light.radiance.element_sum() / 3.0) * solid_angle(light.bandwidth)
+}
+
 /// Number of directions that visibility is fitted to: one up to a bandwidth of 0.2, eight from 0.6 on.
 pub fn visibility_count(bandwidth: f32) -> usize {
     match bandwidth {
@@ -123,12 +132,17 @@ pub fn frame(axis: Vec3) -> (Vec3, Vec3) {
 /// Frames and directions of all lights.
 pub fn lobe_tables(lights: &[SrbfLight]) -> (Vec<LobeLight>, Vec<LobeDirection>) {
     let mut table = Vec::new();
+    let least_power = ONE_DIRECTION_SHARE * lights.iter().map(power).sum::<f64>();
     let frames = lights
         .iter()
         .map(|light| {
             let axis = light.direction.normalize();
             let (tangent, bitangent) = frame(axis);
-            let (visibility, path) = (visibility_count(light.bandwidth), path_count(light.bandwidth));
+            let (visibility, path) = if power(light) < least_power {
+                (1, 1)
+            } else {
+                (visibility_count(light.bandwidth), path_count(light.bandwidth))
+            };
             let first_visibility = table.len() as u32;
             table.extend(fitted_directions(light.bandwidth, visibility));
             let first_path = table.len() as u32;
