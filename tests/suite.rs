@@ -16,6 +16,7 @@ mod painting;
 mod pathtraced;
 mod project;
 mod raster;
+mod samples;
 mod scattering;
 mod shaders;
 mod volume;
