@@ -23,8 +23,29 @@ pub(super) struct ViewRequest {
     /// Pixels of the viewport.
     pub(super) size: [u32; 2],
     pub(super) settings: RenderSettings,
-    /// Something is being dragged: a quick picture is worth more than a sharp one.
-    pub(super) moving: bool,
+    pub(super) motion: Motion,
+}
+
+/// What the hand is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Motion {
+    /// Nothing: the picture shall become sharp.
+    Still,
+    /// Painting: the view stays, the paint shall be seen at once.
+    Painting,
+    /// Camera, light or a slider moves: a quick picture is worth more than a sharp one.
+    Moving,
+}
+
+/// How much is put into a picture.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Effort {
+    /// Fewer pixels and nodes.
+    Quick,
+    /// As the last picture, only what was painted is new.
+    Touch,
+    /// Everything that was asked for.
+    Full,
 }
 
 /// Strands and head.
@@ -161,8 +182,15 @@ impl Viewer {
     }
 
     /// What was reported since the last call.
-    pub(super) fn events(&self) -> Vec<ViewerEvent> {
-        std::mem::take(&mut *self.shared.events())
+    pub(super) fn events(&mut self) -> Vec<ViewerEvent> {
+        let mut events = std::mem::take(&mut *self.shared.events());
+        if self.thread.as_ref().is_some_and(thread::JoinHandle::is_finished) {
+            self.thread = None;
+            events.push(ViewerEvent::Failed(
+                "the drawing thread stopped unexpectedly: save the project and start again".to_owned(),
+            ));
+        }
+        events
     }
 
     fn send(&self, change: impl FnOnce(&mut Inbox)) {
@@ -198,6 +226,8 @@ struct Worker {
     ratios: LobeRatios,
     light: Option<LightInput>,
     view: Option<ViewRequest>,
+    /// What the last picture was drawn with, where nothing but parameters changed since.
+    last: Option<(ViewRequest, [u32; 2], Quality)>,
     last_full_ms: f64,
 }
 
@@ -212,6 +242,7 @@ impl Worker {
             ratios: LobeRatios::default(),
             light: None,
             view: None,
+            last: None,
             last_full_ms: f64::INFINITY,
         }
     }
@@ -261,18 +292,27 @@ impl Worker {
         if self.params.is_empty() {
             return Ok(false);
         }
-        let is_draft = view.moving || (changed && self.last_full_ms > QUICK_MS);
+        let effort = self.effort(view, changed);
         let start = Instant::now();
         let Some(renderer) = &mut self.renderer else {
             return Ok(false);
         };
         let mut settings = view.settings;
         let mut size = view.size;
-        if is_draft {
-            settings.shade.quality = Quality::Draft;
-            settings.samples = 1;
-            size = size.map(|side| (side / DRAFT_SHARE).max(1));
+        match (effort, self.last) {
+            (Effort::Touch, Some((_, last_size, quality))) => {
+                settings.interactive = true;
+                settings.shade.quality = quality;
+                size = last_size;
+            }
+            (Effort::Quick, _) => {
+                settings.shade.quality = Quality::Draft;
+                settings.samples = 1;
+                size = size.map(|side| (side / DRAFT_SHARE).max(1));
+            }
+            _ => {}
         }
+        let is_draft = effort != Effort::Full;
         let report = renderer.render(&view.camera, size, &settings)?;
         let rgba = renderer.shown_bytes()?;
         let picks = Some(PickFrame {
@@ -283,6 +323,7 @@ impl Worker {
         if !is_draft {
             self.last_full_ms = milliseconds;
         }
+        self.last = Some((view, size, settings.shade.quality));
         let size = size.map(|side| side as usize);
         self.tell(ViewerEvent::Frame(Box::new(Frame {
             size,
@@ -292,7 +333,21 @@ impl Worker {
             milliseconds,
             is_draft,
         })));
-        Ok(is_draft && !view.moving)
+        Ok(is_draft && view.motion == Motion::Still)
+    }
+
+    /// What the next picture is worth. Sharpening (nothing has changed) and frames that are quick anyway get everything.
+    fn effort(&self, view: ViewRequest, changed: bool) -> Effort {
+        let same_view = self.last.is_some_and(|(last, ..)| {
+            last.camera == view.camera && last.size == view.size && last.settings == view.settings
+        });
+        match view.motion {
+            Motion::Painting if same_view => Effort::Touch,
+            Motion::Painting | Motion::Moving => Effort::Quick,
+            Motion::Still if !changed || self.last_full_ms < QUICK_MS => Effort::Full,
+            Motion::Still if same_view => Effort::Touch,
+            Motion::Still => Effort::Quick,
+        }
     }
 
     /// Brings the renderer up to date; one that is missing is built and gets everything.
@@ -325,6 +380,9 @@ impl Worker {
         let Some(renderer) = &mut self.renderer else {
             return Ok(());
         };
+        if fresh || new_scene || new_light {
+            self.last = None;
+        }
         if fresh || new_scene {
             renderer.set_groom(&scene.groom, scene.head.as_deref())?;
         }

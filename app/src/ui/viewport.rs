@@ -4,7 +4,10 @@ use balayage_render::gpu::{RenderSettings, ShadeSettings};
 use egui::{Color32, Modifiers, PointerButton, Pos2, Rect, Response, Role, Sense, Stroke, Ui, WidgetInfo};
 use glam::Vec2;
 
-use super::{Editor, theme, viewer::ViewRequest};
+use super::{
+    Editor, theme,
+    viewer::{Motion, ViewRequest},
+};
 use crate::{
     document::Edit,
     paint::{Dab, Reach},
@@ -80,7 +83,11 @@ impl Editor {
                 backdrop: theme::BACKDROP,
                 ..RenderSettings::default()
             },
-            moving: !matches!(self.gesture, Gesture::None) || self.slider.is_some(),
+            motion: match self.gesture {
+                Gesture::Stroke(_) => Motion::Painting,
+                Gesture::None | Gesture::SizeBrush if self.slider.is_none() => Motion::Still,
+                _ => Motion::Moving,
+            },
         });
     }
 
