@@ -57,7 +57,7 @@ fn draw(gpu: &Gpu, strands: &[(Vec<Vec3>, f32, [f32; 3])]) -> Vec<[f32; 4]> {
     };
     let mut raster = Raster::new(gpu).unwrap();
     raster
-        .draw(gpu, &camera(segments.len() as u32), &resolve, &inputs)
+        .draw(gpu, &camera(segments.len() as u32), &resolve, &inputs, || Ok(()))
         .unwrap();
     gpu.read(&target.picture, 64 * 64).unwrap()
 }

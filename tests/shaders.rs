@@ -23,11 +23,17 @@ fn composed(path: &str) -> naga::Module {
 
 #[test]
 fn every_pass_is_valid_wgsl() {
-    let passes: Vec<_> = shader::SOURCES.iter().filter(|(path, _)| path.starts_with("pass/")).collect();
+    let passes: Vec<_> = shader::SOURCES
+        .iter()
+        .filter(|(path, _)| path.starts_with("pass/"))
+        .collect();
     assert!(!passes.is_empty());
     for (path, _) in passes {
         let module = composed(path);
-        assert!(!module.entry_points.is_empty(), "shaders/{path} has no entry point");
+        assert!(
+            !module.entry_points.is_empty(),
+            "shaders/{path} has no entry point"
+        );
     }
     // The check can fail: a type error in a composed pass is found.
     let broken = shader::compose("pass/probe.wgsl").unwrap() + "fn broken() -> f32 { return vec2f(1.0); }";
@@ -36,7 +42,10 @@ fn every_pass_is_valid_wgsl() {
 
 #[test]
 fn every_file_is_part_of_the_product() {
-    let known: BTreeSet<String> = shader::SOURCES.iter().map(|(path, _)| (*path).to_owned()).collect();
+    let known: BTreeSet<String> = shader::SOURCES
+        .iter()
+        .map(|(path, _)| (*path).to_owned())
+        .collect();
     let mut found = BTreeSet::new();
     for folder in ["lib", "pass"] {
         for entry in std::fs::read_dir(repository("shaders").join(folder)).unwrap() {
@@ -49,20 +58,41 @@ fn every_file_is_part_of_the_product() {
 
 /// Offsets of a struct's members and its size, as the shader sees them.
 fn layout(module: &naga::Module, name: &str) -> (Vec<(String, usize)>, usize) {
-    let (_, ty) = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name)).unwrap();
-    let naga::TypeInner::Struct { members, span } = &ty.inner else { panic!("{name} is no struct") };
-    (members.iter().map(|m| (m.name.clone().unwrap(), m.offset as usize)).collect(), *span as usize)
+    let (_, ty) = module
+        .types
+        .iter()
+        .find(|(_, ty)| ty.name.as_deref() == Some(name))
+        .unwrap();
+    let naga::TypeInner::Struct { members, span } = &ty.inner else {
+        panic!("{name} is no struct")
+    };
+    (
+        members
+            .iter()
+            .map(|m| (m.name.clone().unwrap(), m.offset as usize))
+            .collect(),
+        *span as usize,
+    )
 }
 
 fn owned(fields: &[(&str, usize)]) -> Vec<(String, usize)> {
-    fields.iter().map(|(name, offset)| ((*name).to_owned(), *offset)).collect()
+    fields
+        .iter()
+        .map(|(name, offset)| ((*name).to_owned(), *offset))
+        .collect()
 }
 
 #[test]
 fn probe_layouts_agree_with_the_host() {
     let module = composed("pass/probe.wgsl");
-    assert_eq!(layout(&module, "ProbeCase"), (owned(&probe::CASE_LAYOUT.0), probe::CASE_LAYOUT.1));
-    assert_eq!(layout(&module, "ProbeResult"), (owned(&probe::RESULT_LAYOUT.0), probe::RESULT_LAYOUT.1));
+    assert_eq!(
+        layout(&module, "ProbeCase"),
+        (owned(&probe::CASE_LAYOUT.0), probe::CASE_LAYOUT.1)
+    );
+    assert_eq!(
+        layout(&module, "ProbeResult"),
+        (owned(&probe::RESULT_LAYOUT.0), probe::RESULT_LAYOUT.1)
+    );
     assert_eq!(layout(&module, "Fibre").0, owned(&probe::FIBRE_LAYOUT));
     let params = [
         ("sigma_a", offset_of!(VertexParams, sigma_a)),
@@ -72,12 +102,19 @@ fn probe_layouts_agree_with_the_host() {
         ("eta", offset_of!(VertexParams, eta)),
         ("eccentricity", offset_of!(VertexParams, eccentricity)),
     ];
-    assert_eq!(layout(&module, "VertexParams"), (owned(&params), size_of::<VertexParams>()));
+    assert_eq!(
+        layout(&module, "VertexParams"),
+        (owned(&params), size_of::<VertexParams>())
+    );
 }
 
 /// Value of a module-scope constant.
 fn constant(module: &naga::Module, name: &str) -> f64 {
-    let (_, constant) = module.constants.iter().find(|(_, c)| c.name.as_deref() == Some(name)).unwrap();
+    let (_, constant) = module
+        .constants
+        .iter()
+        .find(|(_, c)| c.name.as_deref() == Some(name))
+        .unwrap();
     match module.global_expressions[constant.init] {
         naga::Expression::Literal(naga::Literal::U32(v)) => f64::from(v),
         naga::Expression::Literal(naga::Literal::F32(v)) => f64::from(v),

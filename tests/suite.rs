@@ -1,10 +1,16 @@
 //! Laws, parity, layout, images, painting, project and command line.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail like tests")]
+
 mod cli;
+mod frame;
+mod furnace;
 mod groom;
 mod groom_damage;
 mod groom_generate;
 mod groom_refined;
+mod light;
+mod light_maps;
 mod optics;
 mod optics_probe;
 mod optics_reference;
@@ -12,4 +18,7 @@ mod painting;
 mod pathtraced;
 mod project;
 mod raster;
+mod samples;
+mod scattering;
+mod shaders;
 mod volume;

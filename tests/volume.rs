@@ -87,9 +87,9 @@ impl Records {
         transmittance.set_lights(gpu, lights).unwrap();
         let buffer = gpu.storage_of("parameters", params).unwrap();
         transmittance.set_params(&buffer, MeanFibre::of(params, &LobeRatios::default()));
-        let first = transmittance.update(gpu).unwrap();
+        let first = transmittance.update(gpu, None, false).unwrap();
         assert!(first.visibility_rays > 0 && first.path_rays > 0 && first.painted_voxels > 0);
-        let again = transmittance.update(gpu).unwrap();
+        let again = transmittance.update(gpu, None, false).unwrap();
         assert_eq!(again, Default::default(), "nothing is stale after an update");
 
         let points = groom.point_count();

@@ -6,5 +6,7 @@ pub mod cli;
 pub mod document;
 pub mod paint;
 mod problem;
+pub mod tool;
+pub mod ui;
 
 pub use problem::Problem;

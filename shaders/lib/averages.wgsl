@@ -33,8 +33,9 @@ fn scattering_averages(f: Fibre, sigma_a: f32, theta: f32) -> Averages {
                 let forward = min(abs(wrapped(path.azimuth)) / PI, 1.0);
                 split += 2.0 * ray.z * path.energy.x * vec2f(forward, 1.0 - forward);
             }
-            // The node's weight holds cos^2 of the integration angle; Eq 32 has one cosine of either end.
-            shares[t] += node.weight * cos(theta_i) / max(node.cos_theta_i, 1e-6) * split;
+            // The node's weight holds cos^2 of the integration angle; Eq 32 has one cosine of either end. At a pole the cosine is a
+            // rounding error of either sign; kept positive, it leaves the means over the lobes defined.
+            shares[t] += node.weight * max(cos(theta_i), 1e-6) / max(node.cos_theta_i, 1e-6) * split;
         }
     }
     let total = shares[0] + shares[1] + shares[2];

@@ -1,10 +1,12 @@
 // What one fibre does on average to light from a direction of inclination theta: a table over absorption and inclination.
 // Written by pass/averages.wgsl. A pass that looks values up declares
 //   var<storage, read> averages_table: array<vec4f>;
-// Two entries per (absorption, inclination): (a_f, a_b, beta_f, beta_b), (alpha_f, alpha_b, k, 0); after them one per absorption: (rho, 0, 0, 0).
+// Three entries per (absorption, inclination): (a_f, a_b, beta_f, beta_b), (alpha_f, alpha_b, k, 0) and lib/backward.wgsl's
+// (A_b, Delta_b, sigma_b^2, A_b as printed); after them one per absorption: (rho, 0, 0, 0).
 
 const AVERAGES_SIGMAS: u32 = 32u;
 const AVERAGES_THETAS: u32 = 64u;
+const AVERAGES_ENTRY: u32 = 3u;
 
 // Absorption of node s: SIGMA_SCALE (exp(SIGMA_GROWTH s) - 1), from 0 to 30 per fibre radius.
 const SIGMA_SCALE: f32 = 0.05;
@@ -37,29 +39,41 @@ fn decay_per_fibre(a_f: f32, a_b: f32) -> f32 {
     return sqrt(max((1.0 - a_f - a_b) * (1.0 - a_f + a_b), K_MIN * K_MIN));
 }
 
-// Node and fraction of an absorption.
-fn averages_sigma_place(sigma_a: f32) -> vec2f {
-    let x = clamp(log(1.0 + max(sigma_a, 0.0) / SIGMA_SCALE) / SIGMA_GROWTH, 0.0, f32(AVERAGES_SIGMAS - 1u) - 1e-3);
-    return vec2f(floor(x), fract(x));
+// An absorption as a coordinate of the table.
+fn averages_sigma_place(sigma_a: f32) -> f32 {
+    return clamp(log(1.0 + max(sigma_a, 0.0) / SIGMA_SCALE) / SIGMA_GROWTH, 0.0, f32(AVERAGES_SIGMAS - 1u) - 1e-3);
 }
 
-// The averages of a fibre of absorption sigma_a (one channel) at inclination theta, bilinear.
+// An inclination as a coordinate of the table.
+fn averages_theta_place(theta: f32) -> f32 {
+    return clamp((theta / 3.14159265 + 0.5) * f32(AVERAGES_THETAS) - 0.5, 0.0, f32(AVERAGES_THETAS - 1u) - 1e-3);
+}
+
+// Entry `part` at coordinates (sigma, theta), bilinear.
+fn averages_entry(sigma: f32, theta: f32, part: u32) -> vec4f {
+    let at = AVERAGES_ENTRY * (u32(sigma) * AVERAGES_THETAS + u32(theta)) + part;
+    let above = at + AVERAGES_ENTRY * AVERAGES_THETAS;
+    return mix(mix(averages_table[at], averages_table[at + AVERAGES_ENTRY], fract(theta)),
+        mix(averages_table[above], averages_table[above + AVERAGES_ENTRY], fract(theta)), fract(sigma));
+}
+
+// The averages of a fibre of absorption sigma_a (one channel) at inclination theta.
 fn fibre_averages(sigma_a: f32, theta: f32) -> FibreAverages {
     let s = averages_sigma_place(sigma_a);
-    let x = clamp((theta / 3.14159265 + 0.5) * f32(AVERAGES_THETAS) - 0.5, 0.0, f32(AVERAGES_THETAS - 1u) - 1e-3);
-    let first = 2u * (u32(s.x) * AVERAGES_THETAS + u32(x));
-    let next_sigma = 2u * AVERAGES_THETAS;
-    let u = fract(x);
-    let low = mix(mix(averages_table[first], averages_table[first + 2u], u),
-        mix(averages_table[first + next_sigma], averages_table[first + next_sigma + 2u], u), s.y);
-    let high = mix(mix(averages_table[first + 1u], averages_table[first + 3u], u),
-        mix(averages_table[first + next_sigma + 1u], averages_table[first + next_sigma + 3u], u), s.y);
+    let t = averages_theta_place(theta);
+    let low = averages_entry(s, t, 0u);
+    let high = averages_entry(s, t, 1u);
     return FibreAverages(low.x, low.y, low.z, low.w, high.x, high.y, high.z);
+}
+
+// A_b, Delta_b, sigma_b^2 and the printed A_b; `sigma_place` is averages_sigma_place of one channel's absorption.
+fn backward_averages(sigma_place: f32, theta: f32) -> vec4f {
+    return averages_entry(sigma_place, averages_theta_place(theta), 2u);
 }
 
 // rho of a half space of fibres of absorption sigma_a: the share that comes back, mean over the inclination weighted by its cosine.
 fn half_space_reflectance(sigma_a: f32) -> f32 {
     let s = averages_sigma_place(sigma_a);
-    let first = 2u * AVERAGES_SIGMAS * AVERAGES_THETAS + u32(s.x);
-    return mix(averages_table[first].x, averages_table[first + 1u].x, s.y);
+    let first = AVERAGES_ENTRY * AVERAGES_SIGMAS * AVERAGES_THETAS + u32(s);
+    return mix(averages_table[first].x, averages_table[first + 1u].x, fract(s));
 }

@@ -1,4 +1,4 @@
-//!use lib/fibre.wgsl
+//!use lib/paths.wgsl
 //!use lib/tables.wgsl
 //!use lib/quality.wgsl
 // TRT, smoothed by the normalised circular Gaussian of bandwidth w_c: a sum over gamma of energies that leave at an
@@ -21,22 +21,14 @@ fn azimuth_trt(r: Refraction, sigma_a: vec3f, w_c: f32, kappa: f32, azimuth: vec
     let count = trt_gamma_count();
     for (var k = 0u; k < count; k++) {
         let node = gamma_node(count, k);
-        let sin_t = min(node.x / r.eta_p, 1.0);
-        let cos_t = sqrt(1.0 - sin_t * sin_t);
-        let reflected = fresnel_dielectric(r.cos_theta_d * node.y, r.eta);
-        let transmitted = 1.0 - reflected;
-        let a = node.z * transmitted * transmitted * reflected * exp(-4.0 * cos_t * r.inv_cos_theta_t * sigma_a);
-        // Exit azimuth Phi = 4 gamma_t - 2 gamma_i; the mirror image exits at -Phi.
-        let half = vec2f((1.0 - 2.0 * sin_t * sin_t) * node.y + 2.0 * sin_t * cos_t * node.x,
-                         2.0 * sin_t * cos_t * node.y - (1.0 - 2.0 * sin_t * sin_t) * node.x);
-        let exit = vec2f(half.x * half.x - half.y * half.y, 2.0 * half.x * half.y);
+        let path = path_at(r, sigma_a, 2u, node.x, node.y);
         // A concentration limited by the footprint keeps the energy: density scales with sqrt(kappa).
-        let footprint = TRT_FOOTPRINT * node.w * (4.0 * node.y / (r.eta_p * max(cos_t, 1e-3)) - 2.0);
+        let footprint = TRT_FOOTPRINT * node.w * path.spread;
         let limited = min(blurred_kappa, 1.0 / (footprint * footprint + 1e-5));
         let scale = sqrt(limited / max(blurred_kappa, 1e-20));
-        let even = azimuth.x * exit.x - 1.0;
-        let odd = azimuth.y * exit.y;
-        sum += a * select(1.0, scale, limited < blurred_kappa) * (exp(limited * (even + odd)) + exp(limited * (even - odd)));
+        let even = azimuth.x * path.exit.x - 1.0;
+        let odd = azimuth.y * path.exit.y;
+        sum += node.z * path.energy * select(1.0, scale, limited < blurred_kappa) * (exp(limited * (even + odd)) + exp(limited * (even - odd)));
     }
     return amplitude * sum;
 }

@@ -1,4 +1,4 @@
-//!use lib/fibre.wgsl
+//!use lib/paths.wgsl
 //!use lib/tables.wgsl
 //!use lib/quality.wgsl
 // TT, unsmoothed: a closed form at an azimuth for narrow lights, a sum over gamma for wide ones.
@@ -34,16 +34,10 @@ fn azimuth_tt(r: Refraction, sigma_a: vec3f, kappa: f32, azimuth: vec2f) -> vec3
     let count = tt_gamma_count();
     for (var k = 0u; k < count; k++) {
         let node = gamma_node(count, k);
-        let sin_t = min(node.x / r.eta_p, 1.0);
-        let cos_t = sqrt(1.0 - sin_t * sin_t);
-        let transmitted = 1.0 - fresnel_dielectric(r.cos_theta_d * node.y, r.eta);
-        let a = node.z * transmitted * transmitted * exp(-2.0 * cos_t * r.inv_cos_theta_t * sigma_a);
-        // Exit azimuth Phi = pi + 2 gamma_t - 2 gamma_i; the mirror image exits at -Phi.
-        let half = vec2f(cos_t * node.y + sin_t * node.x, sin_t * node.y - cos_t * node.x);
-        let exit = -vec2f(half.x * half.x - half.y * half.y, 2.0 * half.x * half.y);
-        let even = azimuth.x * exit.x - 1.0;
-        let odd = azimuth.y * exit.y;
-        sum += a * (exp(kappa * (even + odd)) + exp(kappa * (even - odd)));
+        let path = path_at(r, sigma_a, 1u, node.x, node.y);
+        let even = azimuth.x * path.exit.x - 1.0;
+        let odd = azimuth.y * path.exit.y;
+        sum += node.z * path.energy * (exp(kappa * (even + odd)) + exp(kappa * (even - odd)));
     }
     return sum;
 }

@@ -48,9 +48,9 @@ struct Refraction {
 }
 
 fn refraction(eta: f32, cos_theta_d: f32) -> Refraction {
-    let sin2_d = 1.0 - cos_theta_d * cos_theta_d;
-    let cos_theta_t = sqrt(max(1.0 - sin2_d / (eta * eta), 0.0));
-    return Refraction(eta, cos_theta_d, eta * cos_theta_t / cos_theta_d, 1.0 / max(cos_theta_t, 1e-4));
+    // eta cos theta_t, written so that nothing cancels at eta = 1 and at grazing angles.
+    let eta_cos_t = sqrt((eta - 1.0) * (eta + 1.0) + cos_theta_d * cos_theta_d);
+    return Refraction(eta, cos_theta_d, max(eta_cos_t / cos_theta_d, 1.0), eta / eta_cos_t);
 }
 
 // Exact reflectance of unpolarised light at cosine `cos_i` outside a dielectric of index `eta` >= 1.

@@ -12,21 +12,23 @@ fn global_scattering(f: Fibre, theta_o: f32, phi_o: f32, theta_j: f32, phi_j: f3
     let at_theta = guarded(theta_j, -HALF_PI, HALF_PI, 0.0);
     let width = guarded(sigma_f, 1e-3, 1e2, 1.0);
     let inv_sigma_sq = 1.0 / (width * width);
-    let across = abs(wrapped(v.phi_o - guarded_azimuth(phi_j)));
+    let across = v.phi_o - guarded_azimuth(phi_j);
+    let azimuth = vec2f(cos(across), sin(across));
     let counts = global_counts();
     // s_f = 1/pi on the half circle makes the azimuthal integral a mean over it.
-    let powers = window_cosine_powers(cos(0.5 * across));
+    let powers = window_cosine_powers(sqrt(max(0.5 + 0.5 * azimuth.x, 0.0)));
     var sums = array<vec3f, 3>(vec3f(0.0), vec3f(0.0), vec3f(0.0));
     for (var t = 0u; t < 3u; t++) {
         let mean = v.mean[t];
         let beta = f.beta[t];
         let g = product_gaussian(mean, beta, v.theta_o, at_theta, inv_sigma_sq);
-        for (var k = 0u; k < counts.x; k++) {
-            let node = outer_node(g, counts.x, k, mean, beta, v.theta_o, at_theta, inv_sigma_sq, true);
+        let count = select(counts.y, counts.x, t == 0u);
+        for (var k = 0u; k < count; k++) {
+            let node = outer_node(g, count, k, mean, beta, v.theta_o, at_theta, inv_sigma_sq, true);
             if t == 0u {
                 sums[t] += vec3f(node.weight * mean_n_r(v.fresnel, node.cos_theta_d, powers));
             } else {
-                sums[t] += node.weight * window_mean(refraction(f.eta, node.cos_theta_d), f, t, across, counts.y);
+                sums[t] += node.weight * window_mean(refraction(f.eta, node.cos_theta_d), f, t, azimuth, counts.z);
             }
         }
     }
@@ -35,25 +37,28 @@ fn global_scattering(f: Fibre, theta_o: f32, phi_o: f32, theta_j: f32, phi_j: f3
     return Lobes(scale * sums[0], scale * sums[1], scale * sums[2]);
 }
 
-// Mean of N_p over the half circle of phi_i around phi_j, `across` = abs(phi_o - phi_j): each node's energy times the share
-// of its exit azimuth, blurred by w_c (TRT) and by the node's own span, that falls on the half circle.
-fn window_mean(r: Refraction, f: Fibre, p: u32, across: f32, count: u32) -> vec3f {
+// Mean of N_p over the half circle of phi_i around phi_j; `azimuth` holds cos and sin of phi_o - phi_j. Each node's energy counts by
+// the share of its exit azimuth, blurred by w_c (TRT) and by the node's own span, that falls on the half circle.
+fn window_mean(r: Refraction, f: Fibre, p: u32, azimuth: vec2f, count: u32) -> vec3f {
     var sum = vec3f(0.0);
     for (var k = 0u; k < count; k++) {
         let node = gamma_node(count, k);
         let path = path_at(r, f.sigma_a, p, node.x, node.y);
         let span = 0.5 * path.spread * node.w;
         let smooth_sq = select(0.0, f.azimuthal_width * f.azimuthal_width, p == 2u);
-        let bandwidth = sqrt(smooth_sq + span * span + 1e-8);
-        sum += node.z * path.energy * (half_circle_share(across - path.azimuth, bandwidth) + half_circle_share(across + path.azimuth, bandwidth));
+        let inv_bandwidth = inverseSqrt(smooth_sq + span * span + 1e-8);
+        let even = azimuth.x * path.exit.x;
+        let odd = azimuth.y * path.exit.y;
+        sum += node.z * path.energy * (half_circle_share(even + odd, inv_bandwidth) + half_circle_share(even - odd, inv_bandwidth));
     }
     return sum / PI;
 }
 
-// Share of a Gaussian of the given bandwidth around azimuth x that lies where the cosine is positive.
-fn half_circle_share(x: f32, bandwidth: f32) -> f32 {
-    let inside = HALF_PI - abs(wrapped(x));
-    return 0.5 + 0.5 * error_function(inside / bandwidth);
+// Share of a Gaussian around an azimuth of cosine `c` that lies where the cosine is positive.
+fn half_circle_share(c: f32, inv_bandwidth: f32) -> f32 {
+    // Distance to the edge, asin(c), by its series: exact where it matters, near the edge.
+    let inside = c * (1.0 + c * c * (0.1667 + 0.4 * c * c));
+    return 0.5 + 0.5 * error_function(inside * inv_bandwidth);
 }
 
 // erf(x) within 4e-4: tanh of an odd cubic.

@@ -3,7 +3,7 @@
 //
 // D: light scattered forward on its way (global). L: light sent back by the neighbourhood (local). U: light sent back by the hair behind.
 // All values are radiance per L dw: radiance of the light times the solid angle that the direction stands for.
-//!use lib/global.wgsl
+//!use lib/forward.wgsl
 //!use lib/averages_table.wgsl
 
 // M2 = S + 1.1 D + 0.2 L + 0.25 U: weights held against path tracing of a groom of 3,000 strands.
@@ -14,9 +14,6 @@ const ZINKE_DENSITY: f32 = 0.7;
 
 // 1 / cos(theta) of a light direction stops growing here.
 const MULTIPLE_MIN_COS: f32 = 0.05;
-
-// Largest a_f in Zinke's series, which diverge at one.
-const ZINKE_MOST_FORWARD: f32 = 0.99;
 
 // The path sums of one (point, light).
 struct PathRecord {
@@ -37,6 +34,8 @@ struct MultipleView {
     fibre: Fibre,
     theta_o: f32,
     phi_o: f32,
+    forward: ForwardView,
+    sigma_place: vec3f,      // the absorption's place in the table of averages
     a_f: vec3f,              // at theta_o
     a_b: vec3f,
     rho: vec3f,              // reflectance of a half space of such fibres
@@ -56,9 +55,10 @@ fn unpack_path(words: vec4u) -> PathRecord {
 }
 
 fn prepare_multiple(f: Fibre, theta_o: f32, phi_o: f32) -> MultipleView {
-    var v = MultipleView(f, theta_o, phi_o, vec3f(0.0), vec3f(0.0), vec3f(0.0));
+    var v = MultipleView(f, theta_o, phi_o, prepare_forward(f, theta_o), vec3f(0.0), vec3f(0.0), vec3f(0.0), vec3f(0.0));
     for (var c = 0u; c < 3u; c++) {
         let at_view = fibre_averages(f.sigma_a[c], theta_o);
+        v.sigma_place[c] = averages_sigma_place(f.sigma_a[c]);
         v.a_f[c] = at_view.a_f;
         v.a_b[c] = at_view.a_b;
         v.rho[c] = half_space_reflectance(f.sigma_a[c]);
@@ -71,23 +71,24 @@ fn m2_terms(v: MultipleView, theta: f32, phi: f32, path: PathRecord) -> Multiple
     let direct = exp(-path.n);
     let scattered = max(path.t_f - direct, vec3f(0.0));
     let phi_d = abs(wrapped(v.phi_o - phi));
-    // beta_f is a standard deviation in theta_h, a deviation in theta_i is twice as wide; Eq 27's bandwidth is sqrt 2 standard deviations.
+    // beta_f is a standard deviation in theta_h, a deviation in theta_i is twice as wide.
     let variance = 4.0 * max(path.spread, 1e-5);
 
     var terms: MultipleTerms;
-    terms.d = scattered * all_lobes(global_scattering(v.fibre, v.theta_o, v.phi_o, theta, phi, sqrt(2.0 * variance)));
-
-    let lit = select(0.0, 1.0 / PI, phi_d < HALF_PI);
-    let around = (PI - phi_d) / (PI * PI);
-    let back = backward(v, theta, false);
-    terms.l = direct * lit * local_scattering(v, back, theta, 0.0)
-        + scattered * around * local_scattering(v, back, theta, variance);
+    terms.d = scattered * forward_scattering(v.forward, theta, cos(phi_d), variance);
 
     // b = exp(-kappa); with 1 - b from its series where the subtraction would cancel.
     let b = exp(-path.kappa);
     let one_minus_b = select(1.0 - b, path.kappa * (1.0 - 0.5 * path.kappa), path.kappa < vec3f(1e-2));
-    let from_behind = v.rho * one_minus_b / max(1.0 - v.rho * v.rho * b, vec3f(1e-6));
-    terms.u = from_behind * path.t_f * mix(v.a_f, v.a_b, phi_d / PI) / PI;
+    // What a layer of finite depth sends back over what a half space does: A_b is a half space's, a lone fibre has no neighbours.
+    let depth_share = one_minus_b / max(1.0 - v.rho * v.rho * b, vec3f(1e-6));
+
+    let lit = select(0.0, 1.0 / PI, phi_d < HALF_PI);
+    let around = (PI - phi_d) / (PI * PI);
+    let back = backward(v, theta, false);
+    terms.l = depth_share * (direct * lit * local_scattering(v, back, theta, 0.0)
+        + scattered * around * local_scattering(v, back, theta, variance));
+    terms.u = v.rho * depth_share * path.t_f * mix(v.a_f, v.a_b, phi_d / PI) / PI;
     return terms;
 }
 
@@ -127,42 +128,14 @@ fn local_scattering(v: MultipleView, back: Backward, theta: f32, light_variance:
     return 2.0 * back.a_b * normal * cos_i * cos_i / (cos_d * cos_d) / max(cos(theta), MULTIPLE_MIN_COS);
 }
 
-// A_b by adding layers (or, as printed, by Zinke's series), Delta_b and sigma_b by Zinke's series, at the inclination (theta_o - theta) / 2.
+// What the neighbourhood sends back at the inclination (theta_o - theta) / 2.
 fn backward(v: MultipleView, theta: f32, as_printed: bool) -> Backward {
     var back: Backward;
     for (var c = 0u; c < 3u; c++) {
-        let m = fibre_averages(v.fibre.sigma_a[c], 0.5 * (v.theta_o - theta));
-        let f2 = min(m.a_f, ZINKE_MOST_FORWARD) * min(m.a_f, ZINKE_MOST_FORWARD);
-        let b2 = m.a_b * m.a_b;
-        let open = 1.0 - f2;
-        back.a_b[c] = select(adding_a_b(m.a_f, m.a_b), m.a_b * f2 / open * (1.0 + b2 / (open * open)), as_printed);
-        back.delta_b[c] = 2.0 * delta_b(m, f2, b2, open);
-        let sigma = 2.0 * sigma_b(m);
-        back.variance[c] = max(0.5 * sigma * sigma, 1e-6);
+        let m = backward_averages(v.sigma_place[c], 0.5 * (v.theta_o - theta));
+        back.a_b[c] = select(m.x, m.w, as_printed);
+        back.delta_b[c] = m.y;
+        back.variance[c] = m.z;
     }
     return back;
-}
-
-// A_b = r - a_b with r the smaller root of a_b r^2 - (1 + a_b^2 - a_f^2) r + a_b = 0: what a half space sends back beyond its first fibre.
-fn adding_a_b(a_f: f32, a_b: f32) -> f32 {
-    let half_sum = 1.0 + a_b * a_b - a_f * a_f;
-    let discriminant = (1.0 - a_b - a_f) * (1.0 - a_b + a_f) * (1.0 + a_b - a_f) * (1.0 + a_b + a_f);
-    return 2.0 * a_b / max(half_sum + sqrt(max(discriminant, 0.0)), 1e-6) - a_b;
-}
-
-// Zinke 2008 Eq 16, theta_h.
-fn delta_b(m: FibreAverages, f2: f32, b2: f32, open: f32) -> f32 {
-    return m.alpha_b * (1.0 - 2.0 * b2 / (open * open))
-        + m.alpha_f * (2.0 * open * open + 4.0 * f2 * b2) / (open * open * open);
-}
-
-// Zinke 2008 Eq 17 as a bandwidth in theta_h; the printed formula adds a number to widths, so it wants Xu's bandwidths sqrt 2 beta.
-fn sigma_b(m: FibreAverages) -> f32 {
-    let beta_f = sqrt(2.0) * m.beta_f;
-    let beta_b = sqrt(2.0) * m.beta_b;
-    let b2 = m.a_b * m.a_b;
-    let once = sqrt(2.0 * beta_f * beta_f + beta_b * beta_b);
-    let thrice = sqrt(2.0 * beta_f * beta_f + 3.0 * beta_b * beta_b);
-    // A common factor a_b of numerator and denominator is cancelled.
-    return (1.0 + 0.7 * m.a_f * m.a_f) * (once + b2 * thrice) / (1.0 + b2 * (2.0 * beta_f + 3.0 * beta_b));
 }

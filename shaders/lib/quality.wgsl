@@ -30,11 +30,11 @@ fn trt_gamma_count() -> u32 {
     }
 }
 
-// Outer nodes and gamma nodes of the global term.
-fn global_counts() -> vec2u {
+// Of the global term: outer nodes of R, outer nodes of TT and TRT, gamma nodes.
+fn global_counts() -> vec3u {
     switch quality {
-        case 0u: { return vec2u(2u, 6u); }
-        case 1u: { return vec2u(3u, 8u); }
-        default: { return vec2u(5u, 16u); }
+        case 0u: { return vec3u(2u, 2u, 5u); }
+        case 1u: { return vec3u(3u, 2u, 7u); }
+        default: { return vec3u(5u, 5u, 16u); }
     }
 }

@@ -17,6 +17,9 @@ struct ShadeUniform {
     multiple: u32,             // 0: M2, 1: Zinke 2008
 }
 
+// A light of which less than this share arrives at a point is not evaluated there.
+const NOTHING_ARRIVES: f32 = 2e-3;
+
 const TERM_R: u32 = 1u;
 const TERM_TT: u32 = 2u;
 const TERM_TRT: u32 = 4u;

@@ -28,7 +28,7 @@ const OCCLUDER_CLEARANCE: f32 = 1.5;
 const OWN_REACH: f32 = 4.0;
 
 // Steps are one voxel near the start and this share of the distance further out.
-const STEP_GROWTH: f32 = 0.0625;
+const STEP_GROWTH: f32 = 0.125;
 
 // What a march leaves out: the fibre that its starting point lies on, straight on both sides of the point.
 struct OwnStrand {

@@ -1,6 +1,7 @@
 // Fills the table of lib/averages_table.wgsl for the groom's mean fibre: one work group per absorption, one thread per inclination.
 //!use lib/averages.wgsl
 //!use lib/averages_table.wgsl
+//!use lib/backward.wgsl
 
 @group(0) @binding(0) var<storage, read> tables: array<vec4f>;
 @group(0) @binding(1) var<uniform> mean_fibre: Fibre;
@@ -19,9 +20,10 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) no
     let a_f = raw.a_f / excess;
     let a_b = raw.a_b / excess;
     let k = decay_per_fibre(a_f, a_b);
-    let entry = 2u * (sigma * AVERAGES_THETAS + node);
+    let entry = AVERAGES_ENTRY * (sigma * AVERAGES_THETAS + node);
     averages_table[entry] = vec4f(a_f, a_b, raw.beta_f, raw.beta_b);
     averages_table[entry + 1u] = vec4f(raw.alpha_f, raw.alpha_b, k, 0.0);
+    averages_table[entry + 2u] = backward_of(FibreAverages(a_f, a_b, raw.beta_f, raw.beta_b, raw.alpha_f, raw.alpha_b, k));
 
     reflected[node] = cos(theta) * vec2f(1.0, a_b / (1.0 - a_f + k));
     workgroupBarrier();
@@ -30,6 +32,6 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) no
         for (var i = 0u; i < AVERAGES_THETAS; i++) {
             sum += reflected[i];
         }
-        averages_table[2u * AVERAGES_SIGMAS * AVERAGES_THETAS + sigma] = vec4f(sum.y / sum.x, 0.0, 0.0, 0.0);
+        averages_table[AVERAGES_ENTRY * AVERAGES_SIGMAS * AVERAGES_THETAS + sigma] = vec4f(sum.y / sum.x, 0.0, 0.0, 0.0);
     }
 }

@@ -1,4 +1,4 @@
-// Composes each pixel: its strand fragments nearest first over the head's four sub-samples and the background.
+// Composes each pixel, twice: first (MARK) the vertices that it shows are noted, so that only they are shaded, then: its strand fragments nearest first over the head's four sub-samples and the background.
 // Fragments are taken in runs of the RUN nearest not yet seen, so that dense hair stops after a few runs and nothing is written back.
 
 //!use lib/camera.wgsl
@@ -16,6 +16,8 @@ struct ResolveUniform {
     background_size: vec2u,
 }
 
+override MARK: bool = false;
+
 @group(0) @binding(0) var<uniform> camera: CameraUniform;
 @group(0) @binding(1) var<uniform> resolve: ResolveUniform;
 @group(0) @binding(2) var<storage, read> segments: array<Segment>;
@@ -29,8 +31,12 @@ struct ResolveUniform {
 @group(0) @binding(10) var<storage, read_write> picture: array<vec4f>;  // premultiplied, whole picture
 @group(0) @binding(11) var<storage, read_write> picks: array<vec2u>;    // depth bits and segment + 1 of the strand that is seen
 
+@group(0) @binding(12) var<storage, read> vertices: array<RefinedVertex>;
+@group(0) @binding(13) var<storage, read_write> wanted_vertices: array<u32>;
+@group(0) @binding(14) var<storage, read_write> wanted_points: array<u32>;
+
 const RUN: u32 = 16u;           // fragments sorted at a time
-const OPAQUE: f32 = 1e-3;       // transmittance below which nothing behind can be told
+const OPAQUE: f32 = 4e-3;       // transmittance below which nothing behind can be told
 const PICK_ALPHA: f32 = 0.3;
 const FAR: f32 = 3.0e38;
 
@@ -103,6 +109,10 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             let in_front = select(vec4f(0.0), vec4f(1.0), vec4f(fragment.depth) < solid_depth);
             let coverage = in_front * min(vec4f(fragment.coverage), 1.0 - strand_coverage);
             let share = 0.25 * dot(transmittance, coverage);
+            if MARK && share > 0.0 {
+                want(segment.vertex);
+                want(segment.vertex + 1u);
+            }
             let light = mix(radiance[segment.vertex].rgb, radiance[segment.vertex + 1u].rgb, fragment.along);
             colour += share * light;
             // The strand that is seen is the one at which the pixel has become PICK_ALPHA opaque, else the last one.
@@ -116,6 +126,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         last_key = keys[found - 1u];
         if all(transmittance * (1.0 - strand_coverage) < vec4f(OPAQUE)) { break; }
     }
+    if MARK { return; }
     transmittance *= 1.0 - strand_coverage;
     var alpha = 0.0;
     for (var k = 0u; k < 4u; k++) {
@@ -125,6 +136,14 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let at = pixel.y * camera.size.x + pixel.x;
     picture[at] += resolve.weight * vec4f(colour, alpha);
     picks[at] = pick;
+}
+
+// A vertex that a pixel shows, and the groom points it lies between.
+fn want(vertex: u32) {
+    wanted_vertices[vertex] = 1u;
+    let point = vertices[vertex].source_point;
+    wanted_points[point] = 1u;
+    wanted_points[min(point + 1u, arrayLength(&wanted_points) - 1u)] = 1u;
 }
 
 fn before(a: vec2u, b: vec2u) -> bool {

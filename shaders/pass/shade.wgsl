@@ -1,11 +1,11 @@
-// Single scattering of every refined vertex to the camera under one batch of lights, on top of the multiple scattering of its groom points
-// (pass/shade_multiple.wgsl). One thread a vertex; batches add up.
+// Single scattering of listed refined vertices to the camera under one batch of lights. One thread a vertex; batches add up.
 // Lights that stand for a uniform environment only weigh its exact integral by the share of them that is seen.
 
 //!use lib/shade.wgsl
 //!use lib/light.wgsl
 //!use lib/single.wgsl
 //!use lib/lobe_light.wgsl
+//!use lib/work_list.wgsl
 
 @group(0) @binding(0) var<uniform> shade: ShadeUniform;
 @group(0) @binding(1) var<storage, read> vertices: array<RefinedVertex>;
@@ -14,13 +14,14 @@
 @group(0) @binding(4) var<storage, read> frames: array<LobeLight>;
 @group(0) @binding(5) var<storage, read> tables: array<vec4f>;
 @group(0) @binding(6) var<storage, read> visibility: array<vec2u>;
-@group(0) @binding(7) var<storage, read> multiple: array<vec4f>;         // per groom point
-@group(0) @binding(8) var<storage, read_write> radiance: array<vec4f>;
+@group(0) @binding(7) var<storage, read_write> scattered_once: array<vec4f>;
+@group(0) @binding(8) var<storage, read> work: WorkList;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
-    let index = id.x + id.y * 65535u * 64u;
-    if index >= shade.vertex_count { return; }
+    let place = id.x + id.y * 65535u * 64u;
+    if place >= work.count { return; }
+    let index = work.items[place];
     let vertex = vertices[index];
     let point = vertex.source_point;
     let next = min(point + 1u, shade.point_count - 1u);
@@ -31,40 +32,49 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let view_angles = angles(local_from_world * normalize(shade.camera_position - vertex.position));
     let view = prepare_view(fibre, view_angles.x, view_angles.y);
 
+    let uniform_light = any(shade.constant > vec3f(0.0));
     var out = vec3f(0.0);
     var seen = Lobes(vec3f(0.0), vec3f(0.0), vec3f(0.0));
     var unshadowed = Lobes(vec3f(0.0), vec3f(0.0), vec3f(0.0));
     for (var j = 0u; j < shade.light_count; j++) {
-        let light = lights[shade.first_light + j];
+        // A light that is hidden all over its lobe; the share of a uniform environment that is seen wants every light.
         let record = shade.first_record + j * shade.point_count;
+        let seen_at = mix(unpacked(visibility[record + point]), unpacked(visibility[record + next]), fraction);
+        if seen_at.x + 2.0 * length(seen_at.yzw) < NOTHING_ARRIVES && !uniform_light { continue; }
+        let light = lights[shade.first_light + j];
         let light_local = local_from_world * light.direction;
         let at = angles(light_local);
         let lobes = single_scattering(view, at.x, at.y, light.bandwidth);
 
         // Visibility varies inside the light: it is asked for where each lobe gets its light from.
-        let seen_at = mix(unpacked(visibility[record + point]), unpacked(visibility[record + next]), fraction);
-        let slope = local_from_world * seen_at.yzw;
-        let mean = frames[shade.first_light + j].mean_cosine * light_local;
-        let asked = lobe_mean_directions(view, at.x, at.y, light.bandwidth);
-        let r = lobes.r * saturate(seen_at.x + dot(slope, direction(asked[0]) - mean));
-        let tt = lobes.tt * saturate(seen_at.x + dot(slope, direction(asked[1]) - mean));
-        let trt = lobes.trt * saturate(seen_at.x + dot(slope, direction(asked[2]) - mean));
-        if any(shade.constant > vec3f(0.0)) {
+        var seen_by = vec3f(seen_at.x);
+        if frames[shade.first_light + j].visibility_count > 1u {
+            let slope = local_from_world * seen_at.yzw;
+            let mean = frames[shade.first_light + j].mean_cosine * light_local;
+            let asked = lobe_mean_directions(view, at.x, at.y, light.bandwidth);
+            for (var t = 0u; t < 3u; t++) {
+                seen_by[t] = saturate(seen_at.x + dot(slope, direction(asked[t]) - mean));
+            }
+        }
+        let r = lobes.r * seen_by.x;
+        let tt = lobes.tt * seen_by.y;
+        let trt = lobes.trt * seen_by.z;
+        if uniform_light {
             seen = Lobes(seen.r + r, seen.tt + tt, seen.trt + trt);
             unshadowed = Lobes(unshadowed.r + lobes.r, unshadowed.tt + lobes.tt, unshadowed.trt + lobes.trt);
         } else {
             out += light.radiance * chosen(Lobes(r, tt, trt));
         }
     }
-    if any(shade.constant > vec3f(0.0)) {
+    if uniform_light {
         let exact = single_scattering_constant(view);
         out += shade.constant * chosen(Lobes(
             exact.r * share(seen.r, unshadowed.r),
             exact.tt * share(seen.tt, unshadowed.tt),
             exact.trt * share(seen.trt, unshadowed.trt)));
     }
-    let before = select(mix(multiple[point], multiple[next], fraction), radiance[index], shade.adds != 0u).rgb;
-    radiance[index] = vec4f(before + out, 1.0);
+    let before = select(vec3f(0.0), scattered_once[index].rgb, shade.adds != 0u);
+    scattered_once[index] = vec4f(before + out, 1.0);
 }
 
 // The lobes that are asked for, added up.

@@ -1,10 +1,11 @@
-// Multiple scattering (D, L, U) of every groom point to the camera under one batch of lights: smooth along a strand, so that the refined
+// Multiple scattering (D, L, U) of listed groom points to the camera under one batch of lights: smooth along a strand, so that the refined
 // vertices between two points interpolate it. One thread a point; batches add up.
 
 //!use lib/shade.wgsl
 //!use lib/light.wgsl
 //!use lib/lobe_light.wgsl
 //!use lib/multiple.wgsl
+//!use lib/work_list.wgsl
 
 @group(0) @binding(0) var<uniform> shade: ShadeUniform;
 @group(0) @binding(1) var<storage, read> vertices: array<RefinedVertex>;
@@ -17,11 +18,13 @@
 @group(0) @binding(8) var<storage, read> directions: array<LobeDirection>;
 @group(0) @binding(9) var<storage, read> averages_table: array<vec4f>;
 @group(0) @binding(10) var<storage, read> point_vertices: array<u32>;    // the refined vertex of each groom point
+@group(0) @binding(11) var<storage, read> work: WorkList;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
-    let point = id.x + id.y * 65535u * 64u;
-    if point >= shade.point_count { return; }
+    let index = id.x + id.y * 65535u * 64u;
+    if index >= work.count { return; }
+    let point = work.items[index];
     let vertex = vertices[point_vertices[point]];
     let fibre = fibre_from_params(params[point], shade.alpha_ratios, shade.beta_ratios);
     let local_from_world = fibre_from_world(vertex);
@@ -31,6 +34,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     for (var j = 0u; j < shade.light_count; j++) {
         let light = lights[shade.first_light + j];
         let path = unpack_path(paths[shade.first_record + j * shade.point_count + point]);
+        // Every term is a part of what is scattered forward to the point.
+        if all(path.t_f < vec3f(NOTHING_ARRIVES)) { continue; }
         out += light.radiance * terms_of_light(view, local_from_world, shade.first_light + j, light.direction, path);
     }
     multiple[point] = vec4f(out, 1.0);

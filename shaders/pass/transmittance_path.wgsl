@@ -1,6 +1,7 @@
-// Path sums of one light at every point: what crosses the hair towards the point by forward scattering, how far it spreads, and how
+// Path sums of one light at every listed point: what crosses the hair towards the point by forward scattering, how far it spreads, and how
 // much hair lies behind. Depends on geometry, lights and paint.
 //!use lib/volume.wgsl
+//!use lib/work_list.wgsl
 
 struct LightRun {
     point_count: u32,
@@ -20,9 +21,11 @@ struct LightRun {
 @group(0) @binding(8) var<storage, read> voxel_forward: array<vec4u>;
 @group(0) @binding(9) var<storage, read> voxel_behind: array<vec4u>;
 @group(0) @binding(10) var<storage, read_write> paths: array<vec4u>;    // 8 x f16: T_f rgb, spread, 2 sum k rgb, n
+@group(0) @binding(11) var<storage, read> work: WorkList;            // points to march from
 
 // Sums above stand for nothing that could be seen.
-const SUM_MAX: f32 = 10.0;
+const SUM_MAX: f32 = 6.0;
+const BEHIND_MAX: f32 = 3.0;
 
 struct PathSums {
     s_f: vec3f,              // sum of (1 - a_f)
@@ -33,10 +36,11 @@ struct PathSums {
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
-    let point = id.x + id.y * 65535u * 64u;
-    if (point >= run.point_count) {
+    let index = id.x + id.y * 65535u * 64u;
+    if (index >= work.count) {
         return;
     }
+    let point = work.items[index];
     let light = lights[run.light];
     let here = points[point];
     let ends = point_ends[point];
@@ -100,7 +104,7 @@ fn march_behind(start: vec3f, w: vec3f, own: OwnStrand) -> vec3f {
     var m = march_begin(start, w, own, 0.0);
     var crossing: Crossing;
     var sum = vec3f(0.0);
-    while (min(sum.x, min(sum.y, sum.z)) < SUM_MAX && march_next(&m, &crossing) && !crossing.blocked) {
+    while (min(sum.x, min(sum.y, sum.z)) < BEHIND_MAX && march_next(&m, &crossing) && !crossing.blocked) {
         let words = voxel_behind[crossing.voxel];
         let across = vec3f(unpack2x16float(words.x), unpack2x16float(words.y).x);
         let slope = vec3f(unpack2x16float(words.z), unpack2x16float(words.w).x);

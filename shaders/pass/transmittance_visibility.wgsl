@@ -1,6 +1,7 @@
-// Visibility of one light at every point: T(w) = a + b . (w - A w_j), fitted to exp(-n) along the light's directions.
+// Visibility of one light at every listed point: T(w) = a + b . (w - A w_j), fitted to exp(-n) along the light's directions.
 // Depends on geometry and lights only.
 //!use lib/volume.wgsl
+//!use lib/work_list.wgsl
 
 struct LightRun {
     point_count: u32,
@@ -18,16 +19,18 @@ struct LightRun {
 @group(0) @binding(6) var<storage, read> directions: array<LobeDirection>;
 @group(0) @binding(7) var<uniform> run: LightRun;
 @group(0) @binding(8) var<storage, read_write> visibility: array<vec2u>; // 4 x f16: a, b (world space)
+@group(0) @binding(9) var<storage, read> work: WorkList;            // points to march from
 
 // Transmittances below e^-8 count as zero.
-const N_MAX: f32 = 8.0;
+const N_MAX: f32 = 6.0;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
-    let point = id.x + id.y * 65535u * 64u;
-    if (point >= run.point_count) {
+    let index = id.x + id.y * 65535u * 64u;
+    if (index >= work.count) {
         return;
     }
+    let point = work.items[index];
     let light = lights[run.light];
     let here = points[point];
     let ends = point_ends[point];

@@ -5,6 +5,7 @@
 mod check;
 mod console;
 mod convert;
+mod edit;
 mod fit;
 mod hair_option;
 mod light_options;
@@ -36,12 +37,17 @@ struct Cli {
     /// Print results as JSON.
     #[arg(long, global = true)]
     json: bool,
+    /// Without a subcommand: project or groom to open in the editor.
+    #[command(flatten)]
+    edit: edit::EditArgs,
     #[command(subcommand)]
-    command: Command,
+    command: Option<Command>,
 }
 
 #[derive(Subcommand)]
 enum Command {
+    /// Open the editor.
+    Edit(edit::EditArgs),
     /// Render a picture of a project, a groom or the built-in sample.
     Render(Box<render::RenderArgs>),
     /// Apply strokes to a project or groom without a window.
@@ -129,7 +135,8 @@ pub fn run<A: Into<OsString> + Clone>(
         }
     };
     let mut console = Console::new(out, err, cli.json);
-    let result = match &cli.command {
+    let result = match cli.command.as_ref().unwrap_or(&Command::Edit(cli.edit)) {
+        Command::Edit(args) => edit::run(args),
         Command::Render(args) => render::run(args, &mut console),
         Command::Paint(args) => paint::run(args, &mut console),
         Command::Check(args) => check::run(args, &mut console),

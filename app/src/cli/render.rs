@@ -71,7 +71,7 @@ pub(super) struct RenderArgs {
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum BackgroundName {
-    /// Nothing: black, transparent.
+    /// Nothing: black (an .exr keeps its coverage as alpha).
     Black,
     /// The environment.
     Env,
@@ -235,7 +235,13 @@ fn camera(args: &RenderArgs, document: &Document) -> Result<Camera, CliError> {
             };
             Camera::try_from(file).map_err(CliError::Input)
         }
-        None => Ok(Camera::framing(document.groom().bounds())),
+        None => {
+            let [width, height] = args.size;
+            Ok(Camera::framing(
+                document.groom().bounds(),
+                width as f32 / height as f32,
+            ))
+        }
     }
 }
 
@@ -282,11 +288,11 @@ fn scene(
     let light = &document.project().light;
     let mut renderer = Renderer::new(gpu)?;
     renderer.set_groom(&*document.groom_as_drawn()?, head.as_ref())?;
-    renderer.set_params(document.params(), &[])?;
     renderer.set_ratios(document.project().hair.ratios.known);
+    renderer.set_params(document.params(), &[])?;
     renderer.set_lights(&lighting.exposed(light))?;
     if show_environment {
-        renderer.set_background(lighting.map.as_ref())?;
+        renderer.set_background(lighting.map.as_deref())?;
         renderer.turn_background(light.rotation_deg.to_radians(), light.exposure_ev.exp2());
     }
     Ok(renderer)
@@ -318,6 +324,8 @@ fn settings(args: &RenderArgs) -> RenderSettings {
             ViewName::Raw => ViewTransform::Raw,
         },
         show_background: args.background == BackgroundName::Env,
+        // A PNG is looked at: what is not covered is black there. An EXR keeps its alpha.
+        backdrop: [0.0, 0.0, 0.0, 1.0],
         ..RenderSettings::default()
     }
 }

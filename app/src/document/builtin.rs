@@ -8,6 +8,10 @@ const FILES: &[(&str, &[u8])] = &[
         "grooms/wavy-bob.hair",
         include_bytes!("../../../projects/grooms/wavy-bob.hair"),
     ),
+    (
+        "environments/sunrise.hdr",
+        include_bytes!("../../../projects/environments/sunrise.hdr"),
+    ),
     ("head.obj", include_bytes!("../../../projects/head.obj")),
 ];
 

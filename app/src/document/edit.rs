@@ -36,8 +36,10 @@ pub enum Edit {
 pub struct Changes {
     /// Points whose values changed.
     pub points: DirtyRanges,
-    /// Lobe ratios or diameter changed.
+    /// Parameters of the hair as a whole changed: lobe ratios.
     pub hair: bool,
+    /// The fibre diameter changed.
+    pub diameter: bool,
     /// Environment, rotation or exposure changed.
     pub light: bool,
     /// Another head.
@@ -274,6 +276,7 @@ impl Document {
             Step::Hair(hair) => {
                 std::mem::swap(&mut self.project.hair, hair);
                 changes.hair = true;
+                changes.diameter = self.project.hair.diameter != hair.diameter;
             }
             Step::Light(light) => {
                 std::mem::swap(&mut self.project.light, light);

@@ -1,6 +1,6 @@
 //! From light settings to the lights of a frame.
 
-use std::{ops::ControlFlow, path::Path, time::Instant};
+use std::{ops::ControlFlow, path::Path, sync::Arc, time::Instant};
 
 use balayage_render::light::{
     EnvironmentMap, FitSettings, GradientSky, InputError, LightSet, MapReport, fit_lights,
@@ -22,7 +22,7 @@ pub struct Lighting {
     /// The lights as fitted or read.
     pub lights: LightSet,
     /// The map behind them, where there is one.
-    pub map: Option<EnvironmentMap>,
+    pub map: Option<Arc<EnvironmentMap>>,
     /// How long the fit took, where there was one.
     pub fit_seconds: Option<f64>,
     /// What a person should know about the files.
@@ -39,7 +39,7 @@ impl Lighting {
     pub fn load(
         settings: &LightSettings,
         resolve: impl Fn(&str) -> std::path::PathBuf,
-        progress: &(dyn Fn(f64) -> ControlFlow<()> + Sync),
+        progress: &dyn Fn(f64) -> ControlFlow<()>,
     ) -> Result<Self, Problem> {
         let count = settings.light_count as usize;
         match &settings.environment {
@@ -78,7 +78,7 @@ impl Lighting {
         (map, report): (EnvironmentMap, MapReport),
         name: &Path,
         count: usize,
-        progress: &(dyn Fn(f64) -> ControlFlow<()> + Sync),
+        progress: &dyn Fn(f64) -> ControlFlow<()>,
     ) -> Result<Self, Problem> {
         let settings = FitSettings {
             count,
@@ -89,7 +89,7 @@ impl Lighting {
             .map_err(|e| Problem::at("", e.to_string(), "start it again").in_file(name))?;
         Ok(Self {
             lights,
-            map: Some(map),
+            map: Some(Arc::new(map)),
             fit_seconds: Some(start.elapsed().as_secs_f64()),
             warnings: map_warnings(&report, name),
         })

@@ -35,7 +35,7 @@ pub use project::{
 
 use crate::{
     Problem,
-    paint::{DirtyRanges, LayerMaps, LiveStroke, Operation, StrandIndex},
+    paint::{DirtyRanges, LayerMaps, LiveStroke, Operation, OperationId, StrandIndex},
 };
 use history::History;
 
@@ -133,6 +133,11 @@ impl Document {
         self.path.as_deref()
     }
 
+    /// The folder that the project's paths count from.
+    pub fn folder(&self) -> &std::path::Path {
+        &self.folder
+    }
+
     /// The painted channels of every groom point.
     pub fn values(&self) -> &[PointValues] {
         &self.values
@@ -166,6 +171,19 @@ impl Document {
     /// What redo would do again.
     pub fn redo_label(&self) -> Option<&str> {
         self.history.redo.last().map(|entry| entry.label.as_str())
+    }
+
+    /// A number that no operation of the project has as its id.
+    pub fn next_operation_number(&self) -> u64 {
+        let used = self
+            .project
+            .operations
+            .iter()
+            .filter_map(|operation| match operation.id {
+                OperationId::Number(n) => Some(n),
+                OperationId::Text(_) => None,
+            });
+        used.max().unwrap_or(0).saturating_add(1)
     }
 
     /// Limits the memory that strokes keep for quick undo, in bytes.

@@ -246,15 +246,16 @@ impl Project {
         Ok(project)
     }
 
-    /// Adds a layer for every layer id that only operations know; returns how many were added.
-    pub fn add_missing_layers(&mut self) -> usize {
-        let before = self.layers.len();
+    /// Adds a layer for every layer id that only operations know, and one to paint on where there is none.
+    pub fn add_missing_layers(&mut self) {
         for operation in &self.operations {
             if !self.layers.iter().any(|layer| layer.id == operation.layer) {
                 self.layers.push(Layer::new(&operation.layer, &operation.layer));
             }
         }
-        self.layers.len() - before
+        if self.layers.is_empty() {
+            self.layers.push(Layer::new("paint", "Paint"));
+        }
     }
 
     /// Applies `change` to every path of the project.

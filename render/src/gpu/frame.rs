@@ -1,4 +1,4 @@
-//! The frame: what is stale is brought up to date, in the order of the crate's front page, then drawn.
+//! The frame: what is stale and seen is brought up to date, in the order of the crate's front page, then drawn.
 
 use std::ops::Range;
 use std::time::Instant;
@@ -35,6 +35,9 @@ pub struct RenderSettings {
     pub show_background: bool,
     /// Display-linear colour behind the picture, a = 0: transparent.
     pub backdrop: [f32; 4],
+    /// True while something is being painted: what light loses on its way through freshly painted hair stays as it was (the paint itself is
+    /// shown), so that only painted vertices are shaded again. The next frame without it brings everything up to date.
+    pub interactive: bool,
 }
 
 impl Default for RenderSettings {
@@ -46,6 +49,7 @@ impl Default for RenderSettings {
             view_exposure_ev: 0.0,
             show_background: false,
             backdrop: [0.0; 4],
+            interactive: false,
         }
     }
 }
@@ -69,13 +73,27 @@ impl FrameReport {
         let start = Instant::now();
         let result = run(self)?;
         gpu.wait()?;
-        self.passes
-            .push((pass.to_owned(), start.elapsed().as_secs_f64() * 1e3));
+        self.add_time(pass, start.elapsed().as_secs_f64() * 1e3);
         Ok(result)
     }
 
-    fn count(&mut self, name: &str, value: u64) {
-        self.counters.push((name.to_owned(), value));
+    /// Milliseconds of all passes so far.
+    fn total_ms(&self) -> f64 {
+        self.passes.iter().map(|(_, ms)| ms).sum()
+    }
+
+    fn add_time(&mut self, pass: &str, ms: f64) {
+        match self.passes.iter_mut().find(|(name, _)| name == pass) {
+            Some((_, sum)) => *sum += ms,
+            None => self.passes.push((pass.to_owned(), ms)),
+        }
+    }
+
+    fn count(&mut self, counter: &str, value: u64) {
+        match self.counters.iter_mut().find(|(name, _)| name == counter) {
+            Some((_, sum)) => *sum += value,
+            None => self.counters.push((counter.to_owned(), value)),
+        }
     }
 
     /// The counter of that name, 0 where the work was not done.
@@ -243,10 +261,11 @@ impl Renderer {
             self.gpu
                 .queue
                 .write_buffer(&scene.params, offset, bytemuck::cast_slice(slice));
+            scene.strands.forget_points(&self.gpu, range.clone());
         }
         self.transmittance
             .set_params(&scene.params, MeanFibre::of(params, &self.ratios));
-        self.stale.shading = true;
+        self.stale.picture = true;
         Ok(())
     }
 
@@ -267,15 +286,7 @@ impl Renderer {
             return Ok(());
         }
         let lights = frame_lights(set);
-        let same_places = lights.len() == self.lights.lights.len()
-            && lights
-                .iter()
-                .zip(&self.lights.lights)
-                .all(|(a, b)| a.direction == b.direction && a.bandwidth == b.bandwidth);
-        // Colours alone leave what is seen of every light as it is.
-        if !same_places {
-            self.transmittance.set_lights(&self.gpu, &lights)?;
-        }
+        self.transmittance.set_lights(&self.gpu, &lights)?;
         let uniforms: Vec<_> = lights.iter().map(LightUniform::from).collect();
         self.lights = LightBuffers {
             set: set.clone(),
@@ -334,6 +345,7 @@ impl Renderer {
             last.is_none_or(|(c, _, s)| c.position() != camera.position() || s.shade != settings.shade);
         self.stale.picture |= self.stale.shading
             || self.stale.head
+            || (self.transmittance.lags() && !settings.interactive)
             || last.is_none_or(|(c, z, s)| {
                 c != camera
                     || *z != size
@@ -342,10 +354,7 @@ impl Renderer {
         let view_stale = self.stale.picture || last.is_none_or(|(_, _, s)| s != settings);
 
         if self.stale.shading {
-            let done = report.time(&gpu, "transmittance", |_| self.transmittance.update(&gpu))?;
-            report.count("voxels painted", done.painted_voxels);
-            report.count("visibility rays", done.visibility_rays);
-            report.count("path rays", done.path_rays);
+            scene.strands.forget_shading(&gpu);
         }
         if let (true, Some(head)) = (self.stale.head, &scene.head) {
             report.time(&gpu, "head shading", |_| {
@@ -360,23 +369,6 @@ impl Renderer {
             })?;
             report.count("head vertices shaded", u64::from(head.vertex_count));
         }
-        if self.stale.shading {
-            let inputs = ShadeInputs {
-                camera_position: camera.position(),
-                params: &scene.params,
-                lights: &self.lights.buffer,
-                real_light_count: self.lights.set.lights.len() as u32,
-                constant: self.lights.set.constant,
-                transmittance: &self.transmittance,
-                ratios: self.ratios,
-            };
-            let pairs = report.time(&gpu, "strand shading", |_| {
-                self.shade.run(&gpu, &settings.shade, &scene.strands, &inputs)
-            })?;
-            report.count("vertices shaded", u64::from(scene.strands.vertex_count));
-            report.count("single scattering evaluations", pairs.single);
-            report.count("multiple scattering evaluations", pairs.multiple);
-        }
         if self.stale.picture {
             if self.target.as_ref().is_none_or(|target| target.size != size) {
                 self.target = Some(PictureBuffers::new(&gpu, size)?);
@@ -389,18 +381,56 @@ impl Renderer {
                 .target
                 .as_ref()
                 .ok_or_else(|| refused("it was not allocated"))?;
-            let fragments = report.time(&gpu, "strand drawing", |_| {
-                draw_samples(
-                    &gpu,
-                    &mut self.raster,
-                    &self.head_pass,
-                    &self.background,
-                    scene,
-                    target,
-                    camera,
-                    settings,
-                )
-            })?;
+            // What another view showed is not wanted any more.
+            if last.is_none_or(|(c, z, s)| c != camera || *z != size || s.samples != settings.samples) {
+                scene.strands.want_nothing(&gpu);
+                self.raster.forget();
+            }
+            let scene: &SceneBuffers = scene;
+            let (start, timed_before) = (Instant::now(), report.total_ms());
+            let mut shade = || {
+                let done = report.time(&gpu, "transmittance", |_| {
+                    let wanted = Some(&scene.strands.wanted_points);
+                    self.transmittance.update(&gpu, wanted, settings.interactive)
+                })?;
+                report.count("voxels painted", done.painted_voxels);
+                report.count("visibility rays", done.visibility_rays);
+                report.count("path rays", done.path_rays);
+                // New losses change what every point gets from the light's way.
+                if done.painted_voxels > 0 {
+                    scene.strands.multiple_work.forget_all(&gpu);
+                }
+                let inputs = ShadeInputs {
+                    camera_position: camera.position(),
+                    params: &scene.params,
+                    lights: &self.lights.buffer,
+                    real_light_count: self.lights.set.lights.len() as u32,
+                    constant: self.lights.set.constant,
+                    transmittance: &self.transmittance,
+                    ratios: self.ratios,
+                };
+                let done = report.time(&gpu, "strand shading", |_| {
+                    self.shade.run(&gpu, &settings.shade, &scene.strands, &inputs)
+                })?;
+                report.count("vertices shaded", done.vertices);
+                report.count("single scattering evaluations", done.single);
+                report.count("multiple scattering evaluations", done.multiple);
+                Ok(())
+            };
+            let fragments = draw_samples(
+                &gpu,
+                &mut self.raster,
+                &self.head_pass,
+                &self.background,
+                scene,
+                target,
+                camera,
+                settings,
+                &mut shade,
+            )?;
+            gpu.wait()?;
+            let shading_ms = report.total_ms() - timed_before;
+            report.add_time("strand drawing", start.elapsed().as_secs_f64() * 1e3 - shading_ms);
             report.count("fragments", fragments);
         }
         if view_stale {
@@ -480,7 +510,7 @@ impl Renderer {
     }
 }
 
-/// Adds up the camera samples; returns the number of fragments made.
+/// Adds up the camera samples, each after `shade` has brought the vertices that it shows up to date; returns the number of fragments made.
 #[expect(clippy::too_many_arguments, reason = "parts of the renderer, borrowed apart")]
 fn draw_samples(
     gpu: &Gpu,
@@ -491,6 +521,7 @@ fn draw_samples(
     target: &PictureBuffers,
     camera: &Camera,
     settings: &RenderSettings,
+    shade: &mut impl FnMut() -> Result<(), GpuError>,
 ) -> Result<u64, GpuError> {
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     encoder.clear_buffer(&target.picture, 0, None);
@@ -526,7 +557,7 @@ fn draw_samples(
             background: &background.pixels,
             target,
         };
-        fragments += raster.draw(gpu, &uniform, &resolve, &inputs)?;
+        fragments += raster.draw(gpu, &uniform, &resolve, &inputs, &mut *shade)?;
     }
     Ok(fragments)
 }

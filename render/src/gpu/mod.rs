@@ -14,10 +14,11 @@ pub mod strands;
 pub mod tables;
 mod transmittance;
 pub mod view;
+mod work_list;
 
 pub use camera::{Camera, CameraFile};
 pub use device::{Gpu, GpuError};
-pub use frame::{FrameReport, RenderSettings, Renderer};
+pub use frame::{FrameReport, Pick, PickMap, RenderSettings, Renderer};
 pub use kernel::{GROUP_SIZE, Kernel, fold_groups};
 pub use shade::{Multiple, Quality, ShadeSettings, Terms};
 pub use transmittance::{

@@ -69,6 +69,7 @@ pub struct Raster {
     count: Kernel,
     store: Kernel,
     alloc: Kernel,
+    mark: Kernel,
     resolve: Kernel,
     total: wgpu::Buffer,
     fragments: wgpu::Buffer,
@@ -87,7 +88,8 @@ impl Raster {
             count: Kernel::new(gpu, "pass/strand_bin.wgsl", &[("STORE", 0.0)])?,
             store: Kernel::new(gpu, "pass/strand_bin.wgsl", &[("STORE", 1.0)])?,
             alloc: Kernel::new(gpu, "pass/strand_alloc.wgsl", &[])?,
-            resolve: Kernel::new(gpu, "pass/resolve.wgsl", &[])?,
+            mark: Kernel::new(gpu, "pass/resolve.wgsl", &[("MARK", 1.0)])?,
+            resolve: Kernel::new(gpu, "pass/resolve.wgsl", &[("MARK", 0.0)])?,
             total: gpu.storage("fragment total", 4)?,
             fragments: gpu.storage("fragments", FRAGMENT_BYTES)?,
             capacity: 1,
@@ -102,6 +104,7 @@ impl Raster {
 
     /// Adds one camera sample to the picture and returns the number of fragments that were made.
     ///
+    /// Before fragments become colours, the vertices that they show are marked as wanted and `shade` brings those up to date.
     /// Where the fragments of the whole picture exceed what the adapter binds, the picture is drawn in bands of rows. Fragments
     /// of the frame before are used again while camera and strands stay (0 are made then).
     ///
@@ -113,9 +116,11 @@ impl Raster {
         camera: &CameraUniform,
         resolve: &ResolveUniform,
         inputs: &ResolveInputs<'_>,
+        mut shade: impl FnMut() -> Result<(), GpuError>,
     ) -> Result<u64, GpuError> {
         if self.binned.is_some_and(|(binned, _)| binned == *camera) {
-            self.resolve_band(gpu, camera, resolve, inputs);
+            shade()?;
+            self.resolve_band(gpu, &self.resolve, camera, resolve, inputs);
             return Ok(0);
         }
         self.binned = None;
@@ -148,7 +153,9 @@ impl Raster {
                 self.fragments = gpu.storage("fragments", self.capacity * FRAGMENT_BYTES)?;
             }
             self.bin(gpu, &self.store, &band, inputs);
-            self.resolve_band(gpu, &band, resolve, inputs);
+            self.resolve_band(gpu, &self.mark, &band, resolve, inputs);
+            shade()?;
+            self.resolve_band(gpu, &self.resolve, &band, resolve, inputs);
             if end_row - first_row == camera.size[1] {
                 self.binned = Some((*camera, needed));
             }
@@ -203,6 +210,7 @@ impl Raster {
     fn resolve_band(
         &self,
         gpu: &Gpu,
+        kernel: &Kernel,
         band: &CameraUniform,
         resolve: &ResolveUniform,
         inputs: &ResolveInputs<'_>,
@@ -223,6 +231,9 @@ impl Raster {
             buffer(9, inputs.background),
             buffer(10, &inputs.target.picture),
             buffer(11, &inputs.target.picks),
+            buffer(12, &inputs.strands.vertices),
+            buffer(13, &inputs.strands.wanted_vertices),
+            buffer(14, &inputs.strands.wanted_points),
         ];
         let mut entries: Vec<_> = buffers
             .iter()
@@ -237,9 +248,8 @@ impl Raster {
                 resource: wgpu::BindingResource::TextureView(view),
             });
         }
-        let bound = self.resolve.bind_entries(gpu, &entries);
-        self.resolve
-            .run(gpu, &bound, (band.end_row - band.first_row) * band.size[0]);
+        let bound = kernel.bind_entries(gpu, &entries);
+        kernel.run(gpu, &bound, (band.end_row - band.first_row) * band.size[0]);
     }
 }
 

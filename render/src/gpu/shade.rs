@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::strands::StrandBuffers;
 use super::tables::scattering_tables;
 use super::transmittance::{LightBatch, Transmittance};
+use super::work_list::Lister;
 use super::{Gpu, GpuError, Kernel};
 use crate::param::LobeRatios;
 
@@ -112,6 +113,8 @@ pub struct ShadeInputs<'a> {
 /// The two passes, compiled for the quality that was used last.
 pub struct ShadePass {
     kernels: Option<(Quality, ShadeKernels)>,
+    lister: Lister,
+    sum: Kernel,
     tables: wgpu::Buffer,
 }
 
@@ -123,6 +126,8 @@ struct ShadeKernels {
 /// What shading evaluated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ShadeReport {
+    /// Refined vertices whose single scattering was stale and that a pixel shows.
+    pub vertices: u64,
     /// (refined vertex, light) pairs of single scattering.
     pub single: u64,
     /// (groom point, light) pairs of multiple scattering.
@@ -137,14 +142,16 @@ impl ShadePass {
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         Ok(Self {
             kernels: None,
+            lister: Lister::new(gpu)?,
+            sum: Kernel::new(gpu, "pass/strand_radiance.wgsl", &[])?,
             tables: gpu.storage_of("scattering tables", &scattering_tables())?,
         })
     }
 
-    /// Fills the strands' radiance.
+    /// Brings the radiance of the strands' wanted vertices up to date.
     ///
     /// # Errors
-    /// [`GpuError::Refused`] when a shader does not compile.
+    /// [`GpuError::Refused`] when a shader does not compile, [`GpuError::Lost`].
     pub fn run(
         &mut self,
         gpu: &Gpu,
@@ -153,9 +160,17 @@ impl ShadePass {
         inputs: &ShadeInputs<'_>,
     ) -> Result<ShadeReport, GpuError> {
         let mut report = ShadeReport::default();
+        let scatters_often = settings.multiple != Multiple::Off && settings.terms.0 & Terms::MULTIPLE.0 != 0;
+        let lights = runs(settings, strands, inputs);
+        // What no pass fills is dark.
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        encoder.clear_buffer(&strands.multiple, 0, None);
-        encoder.clear_buffer(&strands.radiance, 0, None);
+        if !scatters_often || lights.is_empty() {
+            encoder.clear_buffer(&strands.multiple, 0, None);
+        }
+        if lights.is_empty() {
+            encoder.clear_buffer(&strands.single, 0, None);
+            encoder.clear_buffer(&strands.radiance, 0, None);
+        }
         gpu.queue.submit([encoder.finish()]);
         let buffers = (
             inputs.transmittance.light_buffer(),
@@ -181,8 +196,11 @@ impl ShadePass {
             (4, frames),
             (5, tables),
         ];
-        if settings.multiple != Multiple::Off && settings.terms.0 & Terms::MULTIPLE.0 != 0 {
-            for run in runs(settings, strands, inputs) {
+        let points = strands
+            .multiple_work
+            .collect(gpu, &self.lister, &strands.wanted_points)?;
+        if scatters_often && points > 0 {
+            for run in &lights {
                 let uniform = gpu.uniform_of("shade multiple", &run.uniform);
                 let own = [
                     (0, &uniform),
@@ -191,24 +209,38 @@ impl ShadePass {
                     (8, directions),
                     (9, inputs.transmittance.averages_table()),
                     (10, &strands.point_vertices),
+                    (11, &strands.multiple_work.items),
                 ];
                 let bound = kernels.multiple.bind(gpu, &[&common[..], &own].concat());
-                kernels.multiple.run(gpu, &bound, strands.point_count);
-                report.multiple += u64::from(strands.point_count) * u64::from(run.uniform.light_count);
+                kernels.multiple.run(gpu, &bound, points);
+                report.multiple += u64::from(points) * u64::from(run.uniform.light_count);
             }
         }
-        for run in runs(settings, strands, inputs) {
-            let uniform = gpu.uniform_of("shade", &run.uniform);
-            let own = [
-                (0, &uniform),
-                (6, &run.batch.visibility),
-                (7, &strands.multiple),
-                (8, &strands.radiance),
-            ];
-            let bound = kernels.single.bind(gpu, &[&common[..], &own].concat());
-            kernels.single.run(gpu, &bound, strands.vertex_count);
-            report.single += u64::from(strands.vertex_count) * u64::from(run.uniform.light_count);
+        let vertices = strands
+            .single_work
+            .collect(gpu, &self.lister, &strands.wanted_vertices)?;
+        report.vertices = u64::from(vertices);
+        if vertices > 0 {
+            for run in &lights {
+                let uniform = gpu.uniform_of("shade", &run.uniform);
+                let own = [
+                    (0, &uniform),
+                    (6, &run.batch.visibility),
+                    (7, &strands.single),
+                    (8, &strands.single_work.items),
+                ];
+                let bound = kernels.single.bind(gpu, &[&common[..], &own].concat());
+                kernels.single.run(gpu, &bound, vertices);
+                report.single += u64::from(vertices) * u64::from(run.uniform.light_count);
+            }
         }
+        let sum = [
+            (0, &strands.vertices),
+            (1, &strands.single),
+            (2, &strands.multiple),
+            (3, &strands.radiance),
+        ];
+        self.sum.run(gpu, &self.sum.bind(gpu, &sum), strands.vertex_count);
         Ok(report)
     }
 }

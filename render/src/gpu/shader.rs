@@ -23,6 +23,10 @@ pub const SOURCES: &[(&str, &str)] = &[
         include_str!("../../../shaders/lib/azimuth_tt.wgsl"),
     ),
     source(
+        "lib/backward.wgsl",
+        include_str!("../../../shaders/lib/backward.wgsl"),
+    ),
+    source(
         "lib/camera.wgsl",
         include_str!("../../../shaders/lib/camera.wgsl"),
     ),
@@ -35,6 +39,10 @@ pub const SOURCES: &[(&str, &str)] = &[
         include_str!("../../../shaders/lib/environment.wgsl"),
     ),
     source("lib/fibre.wgsl", include_str!("../../../shaders/lib/fibre.wgsl")),
+    source(
+        "lib/forward.wgsl",
+        include_str!("../../../shaders/lib/forward.wgsl"),
+    ),
     source(
         "lib/fragment.wgsl",
         include_str!("../../../shaders/lib/fragment.wgsl"),
@@ -82,6 +90,10 @@ pub const SOURCES: &[(&str, &str)] = &[
         include_str!("../../../shaders/lib/volume.wgsl"),
     ),
     source(
+        "lib/work_list.wgsl",
+        include_str!("../../../shaders/lib/work_list.wgsl"),
+    ),
+    source(
         "pass/averages.wgsl",
         include_str!("../../../shaders/pass/averages.wgsl"),
     ),
@@ -119,6 +131,10 @@ pub const SOURCES: &[(&str, &str)] = &[
         include_str!("../../../shaders/pass/strand_bin.wgsl"),
     ),
     source(
+        "pass/strand_radiance.wgsl",
+        include_str!("../../../shaders/pass/strand_radiance.wgsl"),
+    ),
+    source(
         "pass/transmittance_path.wgsl",
         include_str!("../../../shaders/pass/transmittance_path.wgsl"),
     ),
@@ -127,6 +143,10 @@ pub const SOURCES: &[(&str, &str)] = &[
         include_str!("../../../shaders/pass/transmittance_visibility.wgsl"),
     ),
     source("pass/view.wgsl", include_str!("../../../shaders/pass/view.wgsl")),
+    source(
+        "pass/work_list.wgsl",
+        include_str!("../../../shaders/pass/work_list.wgsl"),
+    ),
 ];
 
 const fn source(path: &'static str, text: &'static str) -> (&'static str, &'static str) {

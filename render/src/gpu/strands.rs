@@ -1,7 +1,10 @@
 //! The refined strands on the GPU.
 
+use std::ops::Range;
+
 use bytemuck::{Pod, Zeroable};
 
+use super::work_list::WorkList;
 use super::{Gpu, GpuError};
 use crate::groom::RefinedGroom;
 
@@ -43,6 +46,8 @@ pub struct StrandBuffers {
     pub point_vertices: wgpu::Buffer,
     /// Scene-linear radiance by multiple scattering, vec4 a groom point.
     pub multiple: wgpu::Buffer,
+    /// Scene-linear radiance by single scattering, vec4 a vertex.
+    pub single: wgpu::Buffer,
     /// Scene-linear radiance, vec4 a vertex.
     pub radiance: wgpu::Buffer,
     /// Number of vertices.
@@ -51,6 +56,15 @@ pub struct StrandBuffers {
     pub segment_count: u32,
     /// Number of groom points.
     pub point_count: u32,
+    /// u32 a vertex, not 0 where some pixel shows it.
+    pub wanted_vertices: wgpu::Buffer,
+    /// u32 a groom point, not 0 where a wanted vertex lies beside it.
+    pub wanted_points: wgpu::Buffer,
+    /// Vertices whose single scattering is up to date.
+    pub single_work: WorkList,
+    /// Groom points whose multiple scattering is up to date.
+    pub multiple_work: WorkList,
+    first_vertex_of_point: Vec<u32>,
 }
 
 impl StrandBuffers {
@@ -101,10 +115,41 @@ impl StrandBuffers {
             segments: gpu.storage_of("segments", segments)?,
             point_vertices: gpu.storage_of("point vertices", &point_vertices)?,
             multiple: gpu.storage("multiple scattering", 16 * point_vertices.len() as u64)?,
+            single: gpu.storage("single scattering", 16 * vertices.len() as u64)?,
             radiance: gpu.storage("strand radiance", 16 * vertices.len() as u64)?,
+            wanted_vertices: gpu.storage("wanted vertices", 4 * vertices.len() as u64)?,
+            wanted_points: gpu.storage("wanted points", 4 * point_vertices.len() as u64)?,
+            single_work: WorkList::new(gpu, "single scattering to do", vertices.len() as u32)?,
+            multiple_work: WorkList::new(gpu, "multiple scattering to do", point_vertices.len() as u32)?,
             vertex_count: vertices.len() as u32,
             segment_count: segments.len() as u32,
             point_count: point_vertices.len() as u32,
+            first_vertex_of_point: point_vertices,
         })
+    }
+
+    /// No vertex is wanted any more.
+    pub fn want_nothing(&self, gpu: &Gpu) {
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        encoder.clear_buffer(&self.wanted_vertices, 0, None);
+        encoder.clear_buffer(&self.wanted_points, 0, None);
+        gpu.queue.submit([encoder.finish()]);
+    }
+
+    /// All shading is stale.
+    pub fn forget_shading(&self, gpu: &Gpu) {
+        self.single_work.forget_all(gpu);
+        self.multiple_work.forget_all(gpu);
+    }
+
+    /// Shading that depends on the parameters of these groom points is stale: theirs, and that of the vertices from the point before on.
+    pub fn forget_points(&self, gpu: &Gpu, points: Range<u32>) {
+        let vertex = |point: u32| {
+            let first = self.first_vertex_of_point.get(point as usize);
+            first.copied().unwrap_or(self.vertex_count)
+        };
+        self.single_work
+            .forget(gpu, vertex(points.start.saturating_sub(1))..vertex(points.end));
+        self.multiple_work.forget(gpu, points);
     }
 }

@@ -159,13 +159,12 @@ fn push_truncated_rules(out: &mut Vec<[f32; 4]>, n: usize) {
     let rules: Vec<_> = (0..TRUNCATION_COUNT)
         .map(|i| truncated_gauss_hermite(n, TRUNCATION_MIN + step * i as f64))
         .collect();
-    for k in 0..n {
-        for i in 0..TRUNCATION_COUNT {
-            let (x, w) = rules[i][k];
-            let (x_next, w_next) = rules[(i + 1).min(TRUNCATION_COUNT - 1)][k];
-            out.push(narrow([x, w, x_next - x, w_next - w]));
-        }
-    }
+    let entry = |k: usize, i: usize| {
+        let (x, w) = rules[i][k];
+        let (x_next, w_next) = rules[(i + 1).min(TRUNCATION_COUNT - 1)][k];
+        narrow([x, w, x_next - x, w_next - w])
+    };
+    out.extend((0..n).flat_map(|k| (0..TRUNCATION_COUNT).map(move |i| entry(k, i))));
 }
 
 /// Points x and normalised weights of the von Mises density exp(kappa (cos x - 1)) / (2 pi i0e(kappa)), with i0e(kappa).

@@ -7,6 +7,7 @@ use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
 
+use super::work_list::{Lister, WorkList};
 use super::{Gpu, GpuError, Kernel};
 use crate::gpu::tables::scattering_tables;
 use crate::light::SrbfLight;
@@ -23,8 +24,8 @@ pub const PATH_BYTES: u64 = 16;
 /// Nodes of the table of averages: 32 absorptions times 64 inclinations.
 const AVERAGES_NODES: u32 = 32 * 64;
 
-/// Entries of the table of averages: two per node of `shaders/lib/averages_table.wgsl`, one per absorption after them.
-pub const AVERAGES_ENTRIES: usize = 2 * AVERAGES_NODES as usize + 32;
+/// Entries of the table of averages: three per node of `shaders/lib/averages_table.wgsl`, one per absorption after them.
+pub const AVERAGES_ENTRIES: usize = 3 * AVERAGES_NODES as usize + 32;
 
 /// Records of consecutive lights, light-major: the record of light `j` at point `i` is number `(j - lights.start) * point_count + i`.
 pub struct LightBatch {
@@ -73,6 +74,9 @@ struct VolumeBuffers {
     behind: wgpu::Buffer,
     points: wgpu::Buffer,
     point_ends: wgpu::Buffer,
+    every_point: wgpu::Buffer,
+    visibility_work: WorkList,
+    path_work: WorkList,
     point_count: u32,
     stored_voxels: u32,
 }
@@ -80,6 +84,7 @@ struct VolumeBuffers {
 /// The lights on the GPU.
 struct LightBuffers {
     frames: Vec<LobeLight>,
+    table: Vec<LobeDirection>,
     lights: wgpu::Buffer,
     directions: wgpu::Buffer,
 }
@@ -135,8 +140,7 @@ impl MeanFibre {
 struct Stale {
     averages: bool,
     paint: bool,
-    visibility: bool,
-    path: bool,
+    lights: bool,
 }
 
 /// The transmittance of a groom under its lights.
@@ -144,6 +148,7 @@ pub struct Transmittance {
     density_paint: Kernel,
     visibility: Kernel,
     path: Kernel,
+    lister: Lister,
     averages_pass: Kernel,
     averages: wgpu::Buffer,
     tables: wgpu::Buffer,
@@ -153,6 +158,7 @@ pub struct Transmittance {
     lights: Option<LightBuffers>,
     batches: Vec<LightBatch>,
     stale: Stale,
+    has_paint: bool,
 }
 
 impl Transmittance {
@@ -165,6 +171,7 @@ impl Transmittance {
             density_paint: Kernel::new(gpu, "pass/density_paint.wgsl", &[])?,
             visibility: Kernel::new(gpu, "pass/transmittance_visibility.wgsl", &[])?,
             path: Kernel::new(gpu, "pass/transmittance_path.wgsl", &[])?,
+            lister: Lister::new(gpu)?,
             averages_pass: Kernel::new(gpu, "pass/averages.wgsl", &[])?,
             tables: gpu.storage_of("scattering tables", &scattering_tables())?,
             fibre: None,
@@ -177,6 +184,7 @@ impl Transmittance {
             lights: None,
             batches: Vec::new(),
             stale: Stale::default(),
+            has_paint: false,
         })
     }
 
@@ -199,12 +207,8 @@ impl Transmittance {
             + buffers.point_ends.size();
         self.volume = Some(buffers);
         self.batches.clear();
-        self.stale = Stale {
-            paint: true,
-            visibility: true,
-            path: true,
-            ..self.stale
-        };
+        self.stale.paint = true;
+        self.has_paint = false;
         Ok(VolumeReport {
             voxel_size: volume.grid.voxel_size,
             voxels: volume.grid.voxels().to_array(),
@@ -221,47 +225,64 @@ impl Transmittance {
         self.stale.averages |= self.fibre != Some(mean);
         self.fibre = Some(mean);
         self.stale.paint = true;
-        self.stale.path = true;
     }
 
-    /// Takes new lights.
+    /// True where the last update kept losses of an earlier paint.
+    pub fn lags(&self) -> bool {
+        self.stale.paint
+    }
+
+    /// Takes the lights; those that would be marched as before change nothing.
     ///
     /// # Errors
     /// [`GpuError::TooLarge`] where their table exceeds what the adapter binds.
     pub fn set_lights(&mut self, gpu: &Gpu, lights: &[SrbfLight]) -> Result<(), GpuError> {
         let (frames, directions) = lobe_tables(lights);
+        let old = self.lights.as_ref();
+        if old.is_some_and(|old| old.frames == frames && old.table == directions) {
+            return Ok(());
+        }
         self.lights = Some(LightBuffers {
             lights: gpu.storage_of("lobe lights", &frames)?,
             directions: gpu.storage_of::<LobeDirection>("lobe directions", &directions)?,
             frames,
+            table: directions,
         });
-        self.stale.visibility = true;
-        self.stale.path = true;
+        self.stale.lights = true;
         Ok(())
     }
 
-    /// Runs what is stale, as far as strands, parameters and lights are there.
+    /// Runs what is stale, as far as strands, parameters and lights are there, for the points that `wanted` (u32 a point) does not hold
+    /// a 0 for; for all points without it. With `paint_may_lag` the path sums of an earlier paint stay where there are any, and so does
+    /// what voxels lose ([`Self::lags`]).
     ///
     /// # Errors
-    /// [`GpuError::TooLarge`] where the records of one light exceed what the adapter binds.
-    pub fn update(&mut self, gpu: &Gpu) -> Result<TransmittanceReport, GpuError> {
+    /// [`GpuError::TooLarge`] where the records of one light exceed what the adapter binds, [`GpuError::Lost`].
+    pub fn update(
+        &mut self,
+        gpu: &Gpu,
+        wanted: Option<&wgpu::Buffer>,
+        paint_may_lag: bool,
+    ) -> Result<TransmittanceReport, GpuError> {
         let mut report = TransmittanceReport::default();
         let Some(volume) = &self.volume else {
             return Ok(report);
         };
 
-        if let (true, Some(fibre)) = (self.stale.averages, &self.fibre) {
-            let fibre = gpu.uniform_of("mean fibre", fibre);
-            let bindings = self
-                .averages_pass
-                .bind(gpu, &[(0, &self.tables), (1, &fibre), (2, &self.averages)]);
-            self.averages_pass.run(gpu, &bindings, AVERAGES_NODES);
-            self.stale.averages = false;
-        }
-        if let (true, Some(params)) = (self.stale.paint, &self.params) {
+        if let (true, Some(params), Some(fibre)) = (
+            self.stale.paint && !(paint_may_lag && self.has_paint),
+            &self.params,
+            &self.fibre,
+        ) {
+            if self.stale.averages {
+                self.run_averages(gpu, fibre);
+                self.stale.averages = false;
+            }
             self.run_paint(gpu, volume, params);
+            volume.path_work.forget_all(gpu);
             report.painted_voxels = u64::from(volume.stored_voxels);
             self.stale.paint = false;
+            self.has_paint = true;
         }
         let Some(lights) = &self.lights else {
             return Ok(report);
@@ -271,18 +292,25 @@ impl Transmittance {
         if self.batches.last().map_or(0, |batch| batch.lights.end) != light_count {
             self.batches = allocate_batches(gpu, volume.point_count, light_count)?;
         }
-        let rays = |count: fn(&LobeLight) -> u32| {
-            lights.frames.iter().map(|l| u64::from(count(l))).sum::<u64>() * u64::from(volume.point_count)
-        };
-        if self.stale.visibility {
-            self.march_lights(gpu, volume, lights, Records::Visibility);
-            report.visibility_rays = rays(|light| light.visibility_count);
-            self.stale.visibility = false;
+        if self.stale.lights {
+            volume.visibility_work.forget_all(gpu);
+            volume.path_work.forget_all(gpu);
+            self.stale.lights = false;
         }
-        if self.stale.path && self.params.is_some() {
-            self.march_lights(gpu, volume, lights, Records::Path);
-            report.path_rays = rays(|light| light.path_count + 1);
-            self.stale.path = false;
+        let wanted = wanted.unwrap_or(&volume.every_point);
+        let rays =
+            |count: fn(&LobeLight) -> u32| lights.frames.iter().map(|l| u64::from(count(l))).sum::<u64>();
+        let points = volume.visibility_work.collect(gpu, &self.lister, wanted)?;
+        if points > 0 {
+            self.march_lights(gpu, volume, lights, Records::Visibility, points);
+            report.visibility_rays = u64::from(points) * rays(|light| light.visibility_count);
+        }
+        if self.has_paint {
+            let points = volume.path_work.collect(gpu, &self.lister, wanted)?;
+            if points > 0 {
+                self.march_lights(gpu, volume, lights, Records::Path, points);
+                report.path_rays = u64::from(points) * rays(|light| light.path_count + 1);
+            }
         }
         Ok(report)
     }
@@ -314,6 +342,14 @@ impl Transmittance {
             .map(|volume| [&volume.grid, &volume.bricks, &volume.density])
     }
 
+    fn run_averages(&self, gpu: &Gpu, fibre: &MeanFibre) {
+        let fibre = gpu.uniform_of("mean fibre", fibre);
+        let bindings = self
+            .averages_pass
+            .bind(gpu, &[(0, &self.tables), (1, &fibre), (2, &self.averages)]);
+        self.averages_pass.run(gpu, &bindings, AVERAGES_NODES);
+    }
+
     fn run_paint(&self, gpu: &Gpu, volume: &VolumeBuffers, params: &wgpu::Buffer) {
         let buffers = [
             (0, &volume.first_share),
@@ -327,8 +363,15 @@ impl Transmittance {
             .run(gpu, &self.density_paint.bind(gpu, &buffers), volume.stored_voxels);
     }
 
-    /// One submission per light, so that a slow adapter stays responsive between them.
-    fn march_lights(&self, gpu: &Gpu, volume: &VolumeBuffers, lights: &LightBuffers, records: Records) {
+    /// Marches from the listed points, one submission per light, so that a slow adapter stays responsive between them.
+    fn march_lights(
+        &self,
+        gpu: &Gpu,
+        volume: &VolumeBuffers,
+        lights: &LightBuffers,
+        records: Records,
+        listed_points: u32,
+    ) {
         for batch in &self.batches {
             for light in batch.lights.clone() {
                 let run = LightRun {
@@ -349,14 +392,22 @@ impl Transmittance {
                     (7, &run),
                 ];
                 let (kernel, own): (_, &[(u32, &wgpu::Buffer)]) = match records {
-                    Records::Visibility => (&self.visibility, &[(8, &batch.visibility)]),
+                    Records::Visibility => (
+                        &self.visibility,
+                        &[(8, &batch.visibility), (9, &volume.visibility_work.items)],
+                    ),
                     Records::Path => (
                         &self.path,
-                        &[(8, &volume.forward), (9, &volume.behind), (10, &batch.path)],
+                        &[
+                            (8, &volume.forward),
+                            (9, &volume.behind),
+                            (10, &batch.path),
+                            (11, &volume.path_work.items),
+                        ],
                     ),
                 };
                 let bindings = kernel.bind(gpu, &[&common, own].concat());
-                kernel.run(gpu, &bindings, volume.point_count);
+                kernel.run(gpu, &bindings, listed_points);
             }
         }
     }
@@ -397,6 +448,9 @@ impl VolumeBuffers {
             behind: gpu.storage("voxel decay", paint_bytes)?,
             points: gpu.storage_of("points in grid space", &points)?,
             point_ends: gpu.storage_of("strand ends", &ends)?,
+            every_point: gpu.storage_of("every point", &vec![1_u32; points.len()])?,
+            visibility_work: WorkList::new(gpu, "visibility to do", points.len() as u32)?,
+            path_work: WorkList::new(gpu, "path sums to do", points.len() as u32)?,
             point_count: points.len() as u32,
             stored_voxels: grid.stored_voxels,
         })

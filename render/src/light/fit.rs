@@ -20,6 +20,9 @@ pub const MAX_LIGHTS: usize = 256;
 /// Bandwidths that the fit gives, radians-like.
 const BANDWIDTHS: std::ops::RangeInclusive<f64> = 0.02..=2.0;
 
+/// Narrowest bandwidth in rows of the map: below it a light would fall between the pixels that it is held against.
+const LEAST_ROWS_PER_LIGHT: f64 = 0.85;
+
 /// Rows of the cells that the mixture is seeded in, and of those that it ends in.
 const ROWS: [usize; 2] = [32, 64];
 
@@ -174,10 +177,10 @@ pub fn fit_lights(
         (COLD_STEPS, COLD_REFINEMENT)
     };
     let mut random = Pcg64Mcg::seed_from_u64(settings.seed);
-    let range = (
-        concentration_of(*BANDWIDTHS.end()),
-        concentration_of(*BANDWIDTHS.start()),
-    );
+    let narrowest = BANDWIDTHS
+        .start()
+        .max(LEAST_ROWS_PER_LIGHT * std::f64::consts::PI / map.height as f64);
+    let range = (concentration_of(*BANDWIDTHS.end()), concentration_of(narrowest));
     let mut lobes = mixture::seed(
         &coarse,
         warm.unwrap_or_default(),

@@ -39,35 +39,38 @@ impl Default for GradientSky {
 impl GradientSky {
     /// The sky as a map of `2 * height` by `height` pixels, and what had to be repaired; the sun keeps its irradiance exactly.
     pub fn map(&self, height: usize) -> (EnvironmentMap, MapReport) {
-        let (map, _) = EnvironmentMap::from_fn(2 * height, height, |w| {
-            let rise = w.y.max(0.0).sqrt();
+        let (width, grid) = (
+            2 * height,
+            EnvironmentMap {
+                width: 2 * height,
+                height,
+                pixels: Vec::new(),
+            },
+        );
+        let direction = |index: usize| grid.direction(index % width, index / width).as_vec3();
+        let sky = |w: Vec3| {
             if w.y < 0.0 {
                 self.ground
             } else {
-                self.horizon.lerp(self.zenith, rise)
+                self.horizon.lerp(self.zenith, w.y.sqrt())
             }
-        });
+        };
+        let mut pixels: Vec<Vec3> = (0..width * height).map(|index| sky(direction(index))).collect();
 
         // The disc covers whole pixels; their radiance follows from the solid angle they really have.
         let radius = self.sun_radius_rad.max(std::f32::consts::PI / height as f32);
-        let in_sun = |map: &EnvironmentMap, index: usize| {
-            let w = map.direction(index % map.width, index / map.width).as_vec3();
-            w.angle_between(self.sun_direction) <= radius
-        };
-        let covered: Vec<usize> = (0..map.pixels.len())
-            .filter(|index| in_sun(&map, *index))
-            .collect();
+        let is_sun = |index: &usize| direction(*index).angle_between(self.sun_direction) <= radius;
+        let covered: Vec<usize> = (0..pixels.len()).filter(is_sun).collect();
         let solid_angle: f64 = covered
             .iter()
-            .map(|index| map.pixel_solid_angle(index / map.width))
+            .map(|index| grid.pixel_solid_angle(index / width))
             .sum();
         let sun = self.sun_irradiance / solid_angle as f32;
-        let mut pixels = map.pixels;
         for index in covered {
             pixels[index] += sun;
         }
         EnvironmentMap::cleaned(RawMap {
-            width: 2 * height,
+            width,
             height,
             pixels,
             warnings: Vec::new(),

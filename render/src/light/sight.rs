@@ -99,7 +99,11 @@ impl Target {
             }
         };
         let values = DMatrix::from_fn(sight.points, 3, |i, c| blurred[i][c] * weights[i]);
-        let energy_weight = ENERGY_WEIGHT / mass;
+        let energy_weight = if sight.surround.is_some() {
+            ENERGY_WEIGHT / mass
+        } else {
+            0.0
+        };
         Some(Self {
             blur: sight.blur,
             points,

@@ -4,8 +4,8 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::circular::Kernel;
 use super::fibre::Rgb;
-use super::fresnel::fresnel;
-use super::quadrature::{Estimate, integrate};
+use super::fresnel::{fresnel, transmission};
+use super::quadrature::{Estimate, Tolerance, integrate};
 
 /// Widths around a mark of a kernel at which the first panels end.
 const PANEL_WIDTHS: f64 = 6.0;
@@ -34,14 +34,14 @@ struct Path {
 impl CrossSection {
     /// At relative index `eta` and difference angle theta_d = (theta_o - theta_i) / 2, radians.
     pub fn new(eta: f64, theta_d: f64) -> Self {
-        let (sin_theta_d, cos_theta_d) = theta_d.sin_cos();
-        let cos_theta_d = cos_theta_d.max(1e-12);
-        let sin_theta_t = sin_theta_d / eta;
+        // At a pole eta' is infinite; 1e-12 stands for it and keeps every quotient finite.
+        let cos_theta_d = theta_d.cos().max(1e-12);
+        let excess = (eta - 1.0) * (eta + 1.0);
         Self {
             eta,
             cos_theta_d,
-            eta_prime_excess: (eta * eta - 1.0) / (cos_theta_d * cos_theta_d),
-            cos_theta_t: (1.0 - sin_theta_t * sin_theta_t).max(0.0).sqrt(),
+            eta_prime_excess: excess / (cos_theta_d * cos_theta_d),
+            cos_theta_t: (excess + cos_theta_d * cos_theta_d).max(0.0).sqrt() / eta,
         }
     }
 
@@ -80,11 +80,12 @@ impl CrossSection {
     /// Attenuation A(p, h) per channel: Xu 2011, Eq 10, with T^p along the true chords and Fresnel at the 3D angle.
     pub fn attenuation(&self, p: u32, gamma: f64, sigma_a: &Rgb) -> Rgb {
         let cos_gamma = gamma.cos();
-        let f = fresnel(self.eta, self.cos_theta_d * cos_gamma);
+        let cos_i = self.cos_theta_d * cos_gamma;
+        let f = fresnel(self.eta, cos_i);
         if p == 0 {
             return [f; 3];
         }
-        let surface = (1.0 - f) * (1.0 - f) * f.powi(p as i32 - 1);
+        let surface = transmission(self.eta, cos_i).powi(2) * f.powi(p as i32 - 1);
         if surface == 0.0 {
             return [0.0; 3];
         }
@@ -132,9 +133,9 @@ impl CrossSection {
                 break;
             }
             if (off > 0.0) == rising {
-                high = gamma
+                high = gamma;
             } else {
-                low = gamma
+                low = gamma;
             }
             let newton = gamma - off / path.dphi_dgamma;
             let next = if newton > low && newton < high {
@@ -153,14 +154,14 @@ impl CrossSection {
     /// Integral over the offset of A(p, h) / 2 times the kernel at phi - Phi(p, h): what N_p becomes once it has been
     /// integrated against the kernel over the azimuth (d'Eon 2011, Eq 10, with any kernel in place of D_p).
     ///
-    /// `tolerance` is relative, per channel.
+    /// `tolerance` holds per channel; a bare number is relative.
     pub fn integrate(
         &self,
         p: u32,
         sigma_a: &Rgb,
         kernel: &impl Kernel,
         phi: f64,
-        tolerance: f64,
+        tolerance: impl Into<Tolerance>,
     ) -> Estimate<3> {
         let end = if p == 0 { FRAC_PI_2 } else { self.gamma_max() };
         let integrand = |gamma: f64| {

@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use super::fibre::OpticsError;
-use super::quadrature::{Estimate, integrate};
+use super::quadrature::{Estimate, Tolerance, integrate};
 
 /// Where the logarithm of a longitudinal weight has fallen so far below its peak that no azimuthal factor makes up for it.
 const LN_NEGLIGIBLE: f64 = -100.0;
@@ -40,7 +40,7 @@ pub(super) fn integrate_theta<const N: usize>(
     ln_weight: impl Fn(f64) -> f64,
     precision: f64,
     mut inner: impl FnMut(f64) -> [f64; N],
-    tolerance: f64,
+    tolerance: impl Into<Tolerance>,
 ) -> Estimate<N> {
     let peak = peak_of(&ln_weight);
     let ln_peak = ln_weight(peak);
@@ -56,6 +56,10 @@ pub(super) fn integrate_theta<const N: usize>(
         }
         inner(theta).map(|y| y * ln.exp())
     };
+    let mut tolerance = tolerance.into();
+    if scale > 0.0 {
+        tolerance.absolute /= scale;
+    }
     let relative = integrate(integrand, -FRAC_PI_2, FRAC_PI_2, &breaks, tolerance);
     Estimate {
         value: relative.value.map(|v| v * scale),
@@ -85,21 +89,22 @@ fn peak_of(f: &impl Fn(f64) -> f64) -> f64 {
 pub(super) fn settled<const N: usize>(
     what: &'static str,
     estimate: &Estimate<N>,
-    tolerance: f64,
+    tolerance: impl Into<Tolerance>,
 ) -> Result<[f64; N], OpticsError> {
-    let finite = estimate.value.iter().all(|v| v.is_finite());
-    let reached = if finite {
-        estimate.relative_error()
-    } else {
-        f64::INFINITY
+    let tolerance = tolerance.into();
+    // Scaling a total and its bound may round them apart by a few bits.
+    let slack = Tolerance {
+        relative: 1.001 * tolerance.relative,
+        absolute: 1.001 * tolerance.absolute,
     };
-    if reached <= tolerance {
+    if estimate.within(slack) {
         return Ok(estimate.value);
     }
+    let (reached, wanted) = (estimate.relative_error(), tolerance.relative);
     Err(OpticsError::NotConverged {
         what,
         reached,
-        wanted: tolerance,
+        wanted,
     })
 }
 

@@ -30,9 +30,34 @@ const GAUSS: [f64; 4] = [
     0.417959183673469387755102040816327,
 ];
 /// Panels after which an integral is given up.
-const MOST_PANELS: usize = 4000;
+const MOST_PANELS: usize = 1000;
 /// Below this an integral need not be accurate: every integral here is of order one where light arrives.
 const NEGLIGIBLE: f64 = 1e-45;
+
+/// When an integral is good enough: its error is below one of the two.
+#[derive(Clone, Copy, Debug)]
+pub struct Tolerance {
+    /// Relative to the value.
+    pub relative: f64,
+    /// Absolute: where values below it are rounding noise of the integrand.
+    pub absolute: f64,
+}
+
+impl From<f64> for Tolerance {
+    fn from(relative: f64) -> Self {
+        Self {
+            relative,
+            absolute: NEGLIGIBLE,
+        }
+    }
+}
+
+impl Tolerance {
+    /// The error that an integral of this value may have.
+    fn allowed(&self, value: f64) -> f64 {
+        (self.relative * value.abs()).max(self.absolute)
+    }
+}
 
 /// An integral per component and how far off it may be.
 #[derive(Clone, Copy, Debug)]
@@ -44,13 +69,15 @@ pub struct Estimate<const N: usize> {
 }
 
 impl<const N: usize> Estimate<N> {
-    /// The largest relative error of the components.
+    /// The largest relative error of the components; infinite where one is no number.
     pub fn relative_error(&self) -> f64 {
         self.value
             .iter()
             .zip(&self.error)
             .map(|(value, error)| {
-                if *error > NEGLIGIBLE {
+                if !value.is_finite() {
+                    f64::INFINITY
+                } else if *error > NEGLIGIBLE {
                     error / value.abs()
                 } else {
                     0.0
@@ -59,12 +86,12 @@ impl<const N: usize> Estimate<N> {
             .fold(0.0, f64::max)
     }
 
-    /// True when every component is within `tolerance` of its value.
-    fn within(&self, tolerance: f64) -> bool {
+    /// True when every component is finite and within `tolerance`.
+    pub(super) fn within(&self, tolerance: Tolerance) -> bool {
         self.value
             .iter()
             .zip(&self.error)
-            .all(|(value, error)| *error <= (tolerance * value.abs()).max(NEGLIGIBLE))
+            .all(|(value, error)| value.is_finite() && *error <= tolerance.allowed(*value))
     }
 }
 
@@ -122,7 +149,7 @@ pub(super) fn gauss_7(f: impl Fn(f64) -> f64, from: f64, to: f64) -> f64 {
     half * (pairs.iter().sum::<f64>() + GAUSS[3] * f(centre))
 }
 
-/// Integrates N functions over [from, to], halving the worst interval until each is within the relative `tolerance`.
+/// Integrates N functions over [from, to], halving the worst interval until each is within `tolerance` (a bare number is relative).
 ///
 /// `breaks` are the places of kinks and narrow peaks, in any order; those outside (from, to) are ignored.
 pub fn integrate<const N: usize>(
@@ -130,8 +157,10 @@ pub fn integrate<const N: usize>(
     from: f64,
     to: f64,
     breaks: &[f64],
-    tolerance: f64,
+    tolerance: impl Into<Tolerance>,
 ) -> Estimate<N> {
+    let tolerance = tolerance.into();
+
     // Lay the first panels between the breaks.
     let mut edges: Vec<f64> = breaks.iter().copied().filter(|x| *x > from && *x < to).collect();
     edges.extend([from, to]);
@@ -158,7 +187,7 @@ pub fn integrate<const N: usize>(
         // Halve every panel that holds a fair share of the error still allowed or exceeded.
         let worst = |panel: &Panel<N>| {
             (0..N)
-                .map(|c| panel.estimate.error[c] / (tolerance * total.value[c].abs()).max(NEGLIGIBLE))
+                .map(|c| panel.estimate.error[c] / tolerance.allowed(total.value[c]))
                 .fold(0.0, f64::max)
         };
         let limit = panels.iter().map(worst).fold(0.0, f64::max) * 0.25;

@@ -1,0 +1,25 @@
+//! `balayage edit`: the editor's window.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::CliError;
+
+#[derive(Args)]
+pub(super) struct EditArgs {
+    /// Project (.json) or groom to open; the built-in sample if absent.
+    file: Option<PathBuf>,
+}
+
+pub(super) fn run(args: &EditArgs) -> Result<(), CliError> {
+    crate::ui::run(args.file.clone()).map_err(|error| match error {
+        eframe::Error::Wgpu(error) => CliError::NoGpu(format!(
+            "the window has no usable GPU adapter ({error}): install a Vulkan driver \
+             (on Debian/Ubuntu without a GPU: apt-get install mesa-vulkan-drivers)"
+        )),
+        other => CliError::Input(format!(
+            "no window can be opened ({other}); set DISPLAY or WAYLAND_DISPLAY, or use `balayage render` and `balayage paint`"
+        )),
+    })
+}

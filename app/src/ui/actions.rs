@@ -1,0 +1,402 @@
+//! What commands do: opening and saving in the background, undo, the question about unsaved changes.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use egui::{Context, ViewportCommand};
+
+use super::{
+    Command, Editor,
+    editor::Loaded,
+    job::{Job, JobControl},
+    viewer::SceneInput,
+};
+use crate::{
+    Problem,
+    document::{Document, Edit, Environment, Layer, LightSettings, Lighting, Opened},
+    tool::ViewCamera,
+};
+
+/// What an unsaved document holds up.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum PendingAction {
+    /// Opening a file after asking for it.
+    AskToOpen,
+    /// Opening this file.
+    Open(PathBuf),
+    /// Opening the sample.
+    OpenSample,
+    /// Closing the window.
+    Quit,
+}
+
+/// What a file dialog was for, and the file.
+pub(super) enum DialogAnswer {
+    Open(PathBuf),
+    SaveAs(PathBuf),
+    Environment(PathBuf),
+    Lights(PathBuf),
+}
+
+impl Editor {
+    /// Whether `command` makes sense now.
+    pub(super) fn is_enabled(&self, command: Command) -> bool {
+        let document = self.document.as_ref();
+        match command {
+            Command::Undo => document.is_some_and(|document| document.undo_label().is_some()),
+            Command::Redo => document.is_some_and(|document| document.redo_label().is_some()),
+            Command::Open | Command::OpenSample => self.opening.is_none(),
+            Command::Quit => true,
+            _ => document.is_some(),
+        }
+    }
+
+    /// Does `command`, where it makes sense.
+    pub fn run(&mut self, context: &Context, command: Command) {
+        if !self.is_enabled(command) {
+            return;
+        }
+        match command {
+            Command::Open => self.guarded(context, PendingAction::AskToOpen),
+            Command::OpenSample => self.guarded(context, PendingAction::OpenSample),
+            Command::Quit => self.guarded(context, PendingAction::Quit),
+            Command::Save => match self.document.as_ref().and_then(|document| document.path()) {
+                Some(path) => {
+                    let path = path.to_owned();
+                    self.save_to(context, &path);
+                }
+                None => self.ask_where_to_save(context),
+            },
+            Command::SaveAs => self.ask_where_to_save(context),
+            Command::Undo | Command::Redo => self.step_history(command == Command::Undo),
+            Command::FrameHair => {
+                self.camera = self
+                    .document
+                    .as_ref()
+                    .map(|document| ViewCamera::framing(document.groom().bounds(), self.aspect));
+            }
+            Command::BrushSmaller => self.brush.scale_radius(1.0 / 1.15),
+            Command::BrushLarger => self.brush.scale_radius(1.15),
+            Command::BrushWeaker => self.brush.add_strength(-0.05),
+            Command::BrushStronger => self.brush.add_strength(0.05),
+            Command::AddLayer => self.add_layer(),
+            Command::OpenEnvironment => {
+                self.ask_for_file(
+                    context,
+                    "Environment maps",
+                    &["hdr", "exr"],
+                    DialogAnswer::Environment,
+                );
+            }
+            Command::OpenLights => self.ask_for_file(context, "Light lists", &["json"], DialogAnswer::Lights),
+        }
+    }
+
+    fn step_history(&mut self, back: bool) {
+        let Some(document) = &mut self.document else {
+            return;
+        };
+        let stepped = if back { document.undo() } else { document.redo() };
+        if let Some((label, changes)) = stepped {
+            self.say(format!("{}: {label}", if back { "Undone" } else { "Done again" }));
+            self.pass_on(&changes);
+        }
+    }
+
+    fn add_layer(&mut self) {
+        let Some(document) = &self.document else { return };
+        let layers = &document.project().layers;
+        let number = (1..)
+            .find(|n| layers.iter().all(|layer| layer.id != format!("layer-{n}")))
+            .unwrap_or(1);
+        let id = format!("layer-{number}");
+        let edit = Edit::AddLayer(Layer::new(&id, format!("Layer {number}")), layers.len());
+        self.edit(edit);
+        self.layer = id;
+    }
+
+    /// Opens a project or groom in the background.
+    pub fn open(&mut self, context: &Context, path: PathBuf) {
+        let name = path.display().to_string();
+        self.start_opening(context, &name, move || Document::open(&path, None));
+    }
+
+    pub(super) fn open_sample(&mut self, context: &Context) {
+        self.start_opening(context, "the sample", Document::sample);
+    }
+
+    fn start_opening(
+        &mut self,
+        context: &Context,
+        name: &str,
+        open: impl FnOnce() -> Result<Opened, Problem> + Send + 'static,
+    ) {
+        self.opening = Some(Job::start(format!("Opening {name}"), context, move |_| {
+            let opened = open()?;
+            let head = opened.document.load_head()?.map(Arc::new);
+            Ok(Loaded { opened, head })
+        }));
+    }
+
+    /// Saves the project to `path`; what waited for it goes on.
+    pub fn save_to(&mut self, context: &Context, path: &Path) {
+        let Some(document) = &mut self.document else {
+            return;
+        };
+        let pose = self.camera.map(|camera| camera.pose());
+        let saved = document.set_camera(pose).and_then(|()| document.save_as(path));
+        match saved {
+            Ok(()) => {
+                self.say(format!("Saved {}", path.display()));
+                if let Some(action) = self.after_save.take() {
+                    self.proceed(context, action);
+                }
+            }
+            Err(problem) => {
+                self.after_save = None;
+                self.complain(&problem);
+            }
+        }
+    }
+
+    /// Starts whatever the new light settings need: a fit in the background where the map or the count changed.
+    pub(super) fn refresh_light(&mut self) {
+        let Some(document) = &self.document else { return };
+        let wanted = &document.project().light;
+        if self
+            .fitted_for
+            .as_ref()
+            .is_some_and(|fitted| same_fit(fitted, wanted))
+        {
+            self.send_light();
+            return;
+        }
+        let settings = wanted.clone();
+        self.fitted_for = Some(settings.clone());
+        if let Some(job) = &self.fitting {
+            job.cancel();
+        }
+        let folder = document.folder().to_owned();
+        let context = self.context.clone();
+        let load = move |control: &JobControl| -> Result<Lighting, Problem> {
+            let resolve = |reference: &str| crate::document::files::resolve(reference, &folder);
+            Lighting::load(&settings, resolve, &|share| control.progress(share))
+        };
+        self.fitting = Some(Job::start("Fitting lights", &context, load));
+    }
+
+    /// Takes the results of background work.
+    pub(super) fn take_results(&mut self, context: &Context) {
+        if let Some(result) = self.opening.as_ref().and_then(Job::poll) {
+            self.opening = None;
+            match result {
+                Ok(loaded) => self.take_document(loaded),
+                Err(problem) => self.complain(&problem),
+            }
+        }
+        if let Some(result) = self.fitting.as_ref().and_then(Job::poll) {
+            self.fitting = None;
+            match result {
+                Ok(lighting) => {
+                    for warning in lighting.warnings.clone() {
+                        self.say(warning);
+                    }
+                    self.lighting = Some(lighting);
+                    self.send_light();
+                }
+                Err(problem) => self.complain(&problem),
+            }
+        }
+        if let Some(result) = self.dialog.as_ref().and_then(Job::poll) {
+            self.dialog = None;
+            match result {
+                Ok(Some(answer)) => self.take_answer(context, answer),
+                Ok(None) => self.after_save = None,
+                Err(problem) => self.complain(&problem),
+            }
+        }
+    }
+
+    fn take_document(&mut self, loaded: Loaded) {
+        let Loaded { opened, head } = loaded;
+        let document = opened.document;
+        let bounds = document.groom().bounds();
+        let pose = document.project().camera.as_ref();
+        self.camera = pose
+            .and_then(|pose| ViewCamera::from_pose(pose, bounds))
+            .or_else(|| Some(ViewCamera::framing(bounds, self.aspect)));
+        self.layer = document
+            .project()
+            .layers
+            .last()
+            .map(|layer| layer.id.clone())
+            .unwrap_or_default();
+        self.messages.clear();
+        if opened.report.repairs() > 0 {
+            self.say(opened.report.to_string());
+        }
+        for warning in opened.warnings {
+            self.say(warning);
+        }
+        if self.messages.is_empty() {
+            self.say("Drag over the hair to dye it. Alt+drag to look around.");
+        }
+        let groom = document.groom_as_drawn();
+        self.document = Some(document);
+        self.fitted_for = None;
+        match groom {
+            Ok(groom) => self.send_scene(SceneInput { groom, head }),
+            Err(problem) => self.complain(&problem),
+        }
+        self.refresh_light();
+    }
+
+    fn take_answer(&mut self, context: &Context, answer: DialogAnswer) {
+        match answer {
+            DialogAnswer::Open(path) => self.open(context, path),
+            DialogAnswer::SaveAs(path) => {
+                let path = if path.extension().is_some() {
+                    path
+                } else {
+                    path.with_extension("json")
+                };
+                self.save_to(context, &path);
+            }
+            DialogAnswer::Environment(path) => self.set_environment(&path, Environment::Map),
+            DialogAnswer::Lights(path) => self.set_environment(&path, Environment::Lights),
+        }
+    }
+
+    fn set_environment(&mut self, path: &Path, kind: impl FnOnce(String) -> Environment) {
+        let Some(document) = &self.document else { return };
+        let environment = kind(document.reference_to(path));
+        let light = LightSettings {
+            environment,
+            ..document.project().light.clone()
+        };
+        self.edit(Edit::SetLight(light));
+    }
+
+    fn ask_where_to_save(&mut self, context: &Context) {
+        let dialog = rfd::AsyncFileDialog::new()
+            .add_filter("Balayage projects", &["json"])
+            .set_file_name("untitled.json")
+            .save_file();
+        self.dialog = Some(Job::start("Waiting for a file name", context, move |_| {
+            let file = pollster::block_on(dialog);
+            Ok(file.map(|file| DialogAnswer::SaveAs(file.path().to_owned())))
+        }));
+    }
+
+    fn ask_for_file(
+        &mut self,
+        context: &Context,
+        what: &str,
+        extensions: &[&str],
+        answer: impl FnOnce(PathBuf) -> DialogAnswer + Send + 'static,
+    ) {
+        let dialog = rfd::AsyncFileDialog::new()
+            .add_filter(what, extensions)
+            .pick_file();
+        self.dialog = Some(Job::start("Waiting for a file", context, move |_| {
+            let file = pollster::block_on(dialog);
+            Ok(file.map(|file| answer(file.path().to_owned())))
+        }));
+    }
+
+    /// Does `action` at once, or after the person said what shall become of unsaved changes.
+    pub(super) fn guarded(&mut self, context: &Context, action: PendingAction) {
+        if self.document.as_ref().is_some_and(Document::is_modified) {
+            self.guard = Some(action);
+        } else {
+            self.proceed(context, action);
+        }
+    }
+
+    fn proceed(&mut self, context: &Context, action: PendingAction) {
+        match action {
+            PendingAction::AskToOpen => {
+                self.ask_for_file(
+                    context,
+                    "Projects and grooms",
+                    &["json", "hair", "tfx"],
+                    DialogAnswer::Open,
+                );
+            }
+            PendingAction::Open(path) => self.open(context, path),
+            PendingAction::OpenSample => self.open_sample(context),
+            PendingAction::Quit => {
+                self.may_close = true;
+                context.send_viewport_cmd(ViewportCommand::Close);
+            }
+        }
+    }
+
+    /// Holds the window back while there is something to lose.
+    pub(super) fn guard_close(&mut self, context: &Context) {
+        let (close, dropped) = context.input(|input| {
+            (
+                input.viewport().close_requested(),
+                input.raw.dropped_files.first().cloned(),
+            )
+        });
+        if close && !self.may_close && self.document.as_ref().is_some_and(Document::is_modified) {
+            context.send_viewport_cmd(ViewportCommand::CancelClose);
+            self.guard = Some(PendingAction::Quit);
+        }
+        if let Some(file) = dropped {
+            self.take_dropped(context, file.path().to_owned());
+        }
+    }
+
+    /// A file dropped on the window: a map becomes the environment, anything else is opened.
+    fn take_dropped(&mut self, context: &Context, path: PathBuf) {
+        let extension = path
+            .extension()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .to_ascii_lowercase();
+        match extension.as_str() {
+            "hdr" | "exr" => self.set_environment(&path, Environment::Map),
+            _ => self.guarded(context, PendingAction::Open(path)),
+        }
+    }
+
+    /// Asks what shall become of unsaved changes.
+    pub(super) fn guard_dialog(&mut self, context: &Context) {
+        let Some(action) = self.guard.clone() else { return };
+        let answer = egui::Modal::new(egui::Id::unique("unsaved changes")).show(context, |ui| {
+            ui.set_width(360.0);
+            ui.heading("Unsaved changes");
+            ui.label(format!(
+                "{} has changes that are not saved.",
+                self.document_name().trim_end_matches(" *")
+            ));
+            ui.horizontal(|ui| {
+                let save = ui.button("Save").clicked();
+                let discard = ui.button("Discard").clicked();
+                let cancel = ui.button("Cancel").clicked();
+                (save, discard, cancel)
+            })
+            .inner
+        });
+        let (save, discard, cancel) = answer.inner;
+        if save {
+            self.guard = None;
+            self.after_save = Some(action);
+            self.run(context, Command::Save);
+        } else if discard {
+            self.guard = None;
+            self.proceed(context, action);
+        } else if cancel || answer.should_close() {
+            self.guard = None;
+        }
+    }
+}
+
+/// True where both settings lead to the same fitted lights.
+fn same_fit(a: &LightSettings, b: &LightSettings) -> bool {
+    a.environment == b.environment && a.light_count == b.light_count
+}

@@ -1,0 +1,409 @@
+//! The picture, made on a thread with a device of its own: the window stays alive however long a frame takes, and a lost
+//! device costs a frame, not the document. The newest request wins; what has not changed is not sent.
+
+use std::{
+    sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
+    thread,
+    time::{Duration, Instant},
+};
+
+use balayage_render::{
+    gpu::{Camera, FrameReport, Gpu, GpuError, Quality, RenderSettings, Renderer},
+    groom::{Groom, Mesh},
+    light::{EnvironmentMap, LightSet},
+    param::{LobeRatios, VertexParams},
+};
+
+use crate::{paint::DirtyRanges, tool::PickFrame};
+
+/// A view that is wanted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct ViewRequest {
+    pub(super) camera: Camera,
+    /// Pixels of the viewport.
+    pub(super) size: [u32; 2],
+    pub(super) settings: RenderSettings,
+    pub(super) motion: Motion,
+}
+
+/// What the hand is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Motion {
+    /// Nothing: the picture shall become sharp.
+    Still,
+    /// Painting: the view stays, the paint shall be seen at once.
+    Painting,
+    /// Camera, light or a slider moves: a quick picture is worth more than a sharp one.
+    Moving,
+}
+
+/// How much is put into a picture.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Effort {
+    /// Fewer pixels and nodes.
+    Quick,
+    /// As the last picture, only what was painted is new.
+    Touch,
+    /// Everything that was asked for.
+    Full,
+}
+
+/// Strands and head.
+#[derive(Clone)]
+pub(super) struct SceneInput {
+    pub(super) groom: Arc<Groom>,
+    pub(super) head: Option<Arc<Mesh>>,
+}
+
+/// Lights and what is seen behind the hair.
+#[derive(Clone)]
+pub(super) struct LightInput {
+    pub(super) lights: LightSet,
+    pub(super) background: Option<Arc<EnvironmentMap>>,
+    pub(super) turn_rad: f32,
+    pub(super) scale: f32,
+}
+
+/// A picture that is done.
+pub(super) struct Frame {
+    /// Size of the picture and its sRGB bytes, straight alpha.
+    pub(super) size: [usize; 2],
+    pub(super) rgba: Vec<u8>,
+    pub(super) picks: Option<PickFrame>,
+    pub(super) report: FrameReport,
+    pub(super) milliseconds: f64,
+    pub(super) is_draft: bool,
+}
+
+/// What the thread reports.
+pub(super) enum ViewerEvent {
+    /// The adapter that draws.
+    Adapter(String),
+    Frame(Box<Frame>),
+    /// The picture could not be made; the next request starts anew.
+    Failed(String),
+}
+
+/// What has changed since the thread last looked.
+#[derive(Default)]
+struct Inbox {
+    scene: Option<SceneInput>,
+    params: Option<(Vec<VertexParams>, DirtyRanges)>,
+    ratios: Option<LobeRatios>,
+    light: Option<LightInput>,
+    view: Option<ViewRequest>,
+    quit: bool,
+}
+
+impl Inbox {
+    fn is_empty(&self) -> bool {
+        self.scene.is_none()
+            && self.params.is_none()
+            && self.ratios.is_none()
+            && self.light.is_none()
+            && self.view.is_none()
+            && !self.quit
+    }
+}
+
+#[derive(Default)]
+struct Shared {
+    inbox: Mutex<Inbox>,
+    wake: Condvar,
+    events: Mutex<Vec<ViewerEvent>>,
+}
+
+impl Shared {
+    fn inbox(&self) -> MutexGuard<'_, Inbox> {
+        self.inbox.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn events(&self) -> MutexGuard<'_, Vec<ViewerEvent>> {
+        self.events.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The drawing thread as the editor sees it.
+pub(super) struct Viewer {
+    shared: Arc<Shared>,
+    thread: Option<thread::JoinHandle<()>>,
+    last_view: Option<ViewRequest>,
+}
+
+impl Viewer {
+    /// Starts the thread; `context` is repainted whenever it has something to tell.
+    pub(super) fn start(context: &egui::Context) -> Self {
+        let shared = Arc::new(Shared::default());
+        let worker = Worker::new(shared.clone(), context.clone());
+        let thread = thread::spawn(move || worker.run());
+        Self {
+            shared,
+            thread: Some(thread),
+            last_view: None,
+        }
+    }
+
+    /// Another groom or head; parameters have to follow.
+    pub(super) fn set_scene(&mut self, scene: SceneInput) {
+        self.send(|inbox| {
+            inbox.scene = Some(scene);
+            inbox.params = None;
+        });
+    }
+
+    /// Parameters of every point, of which those in `dirty` changed.
+    pub(super) fn set_params(&mut self, params: &[VertexParams], dirty: &DirtyRanges) {
+        if dirty.is_empty() {
+            return;
+        }
+        self.send(|inbox| {
+            let mut dirty = dirty.clone();
+            if let Some((_, earlier)) = &inbox.params {
+                dirty.merge(earlier);
+            }
+            inbox.params = Some((params.to_vec(), dirty));
+        });
+    }
+
+    pub(super) fn set_ratios(&mut self, ratios: LobeRatios) {
+        self.send(|inbox| inbox.ratios = Some(ratios));
+    }
+
+    pub(super) fn set_light(&mut self, light: LightInput) {
+        self.send(|inbox| inbox.light = Some(light));
+    }
+
+    /// Asks for a view; the same view again is no request.
+    pub(super) fn set_view(&mut self, view: ViewRequest) {
+        if self.last_view != Some(view) {
+            self.last_view = Some(view);
+            self.send(|inbox| inbox.view = Some(view));
+        }
+    }
+
+    /// What was reported since the last call.
+    pub(super) fn events(&mut self) -> Vec<ViewerEvent> {
+        let mut events = std::mem::take(&mut *self.shared.events());
+        if self.thread.as_ref().is_some_and(thread::JoinHandle::is_finished) {
+            self.thread = None;
+            events.push(ViewerEvent::Failed(
+                "the drawing thread stopped unexpectedly: save the project and start again".to_owned(),
+            ));
+        }
+        events
+    }
+
+    fn send(&self, change: impl FnOnce(&mut Inbox)) {
+        change(&mut self.shared.inbox());
+        self.shared.wake.notify_one();
+    }
+}
+
+impl Drop for Viewer {
+    /// Waits for the frame under way: a driver must not be unloaded under a thread that uses it.
+    fn drop(&mut self) {
+        self.send(|inbox| inbox.quit = true);
+        if self.thread.take().is_some_and(|thread| thread.join().is_err()) {
+            log::error!("the drawing thread had stopped unexpectedly");
+        }
+    }
+}
+
+/// A full frame faster than this needs no draft before it.
+const QUICK_MS: f64 = 120.0;
+/// How long nothing may change before a draft is sharpened.
+const REST: Duration = Duration::from_millis(150);
+/// Drafts have that share of the viewport's pixels per side.
+const DRAFT_SHARE: u32 = 2;
+
+/// The thread's own side: everything that was sent, so that a renderer can be rebuilt from it.
+struct Worker {
+    shared: Arc<Shared>,
+    context: egui::Context,
+    renderer: Option<Renderer>,
+    scene: Option<SceneInput>,
+    params: Vec<VertexParams>,
+    ratios: LobeRatios,
+    light: Option<LightInput>,
+    view: Option<ViewRequest>,
+    /// What the last picture was drawn with, where nothing but parameters changed since.
+    last: Option<(ViewRequest, [u32; 2], Quality)>,
+    last_full_ms: f64,
+}
+
+impl Worker {
+    fn new(shared: Arc<Shared>, context: egui::Context) -> Self {
+        Self {
+            shared,
+            context,
+            renderer: None,
+            scene: None,
+            params: Vec::new(),
+            ratios: LobeRatios::default(),
+            light: None,
+            view: None,
+            last: None,
+            last_full_ms: f64::INFINITY,
+        }
+    }
+
+    fn run(mut self) {
+        let mut sharpen = false;
+        loop {
+            let inbox = self.next(sharpen);
+            if inbox.quit {
+                return;
+            }
+            let changed = !inbox.is_empty();
+            match self.frame(inbox, changed) {
+                Ok(drew_draft) => sharpen = drew_draft,
+                Err(error) => {
+                    self.renderer = None;
+                    sharpen = false;
+                    self.tell(ViewerEvent::Failed(error.to_string()));
+                }
+            }
+        }
+    }
+
+    /// Waits for news; when a draft is to be sharpened, only until the hand rests.
+    fn next(&self, sharpen: bool) -> Inbox {
+        let inbox = self.shared.inbox();
+        let inbox = if sharpen {
+            let waited = self
+                .shared
+                .wake
+                .wait_timeout_while(inbox, REST, |inbox| inbox.is_empty());
+            waited.unwrap_or_else(PoisonError::into_inner).0
+        } else {
+            let waited = self.shared.wake.wait_while(inbox, |inbox| inbox.is_empty());
+            waited.unwrap_or_else(PoisonError::into_inner)
+        };
+        let mut inbox = inbox;
+        std::mem::take(&mut *inbox)
+    }
+
+    /// Takes what is new and draws; returns true where the picture is a draft that wants sharpening.
+    fn frame(&mut self, inbox: Inbox, changed: bool) -> Result<bool, GpuError> {
+        self.take(inbox)?;
+        let (Some(view), Some(_), Some(_)) = (self.view, &self.scene, &self.light) else {
+            return Ok(false);
+        };
+        if self.params.is_empty() {
+            return Ok(false);
+        }
+        let effort = self.effort(view, changed);
+        let start = Instant::now();
+        let Some(renderer) = &mut self.renderer else {
+            return Ok(false);
+        };
+        let mut settings = view.settings;
+        let mut size = view.size;
+        match (effort, self.last) {
+            (Effort::Touch, Some((_, last_size, quality))) => {
+                settings.interactive = true;
+                settings.shade.quality = quality;
+                size = last_size;
+            }
+            (Effort::Quick, _) => {
+                settings.shade.quality = Quality::Draft;
+                settings.samples = 1;
+                size = size.map(|side| (side / DRAFT_SHARE).max(1));
+            }
+            _ => {}
+        }
+        let is_draft = effort != Effort::Full;
+        let report = renderer.render(&view.camera, size, &settings)?;
+        let rgba = renderer.shown_bytes()?;
+        let picks = Some(PickFrame {
+            camera: view.camera,
+            picks: renderer.picks()?,
+        });
+        let milliseconds = start.elapsed().as_secs_f64() * 1e3;
+        if !is_draft {
+            self.last_full_ms = milliseconds;
+        }
+        self.last = Some((view, size, settings.shade.quality));
+        let size = size.map(|side| side as usize);
+        self.tell(ViewerEvent::Frame(Box::new(Frame {
+            size,
+            rgba,
+            picks,
+            report,
+            milliseconds,
+            is_draft,
+        })));
+        Ok(is_draft && view.motion == Motion::Still)
+    }
+
+    /// What the next picture is worth. Sharpening (nothing has changed) and frames that are quick anyway get everything.
+    fn effort(&self, view: ViewRequest, changed: bool) -> Effort {
+        let same_view = self.last.is_some_and(|(last, ..)| {
+            last.camera == view.camera && last.size == view.size && last.settings == view.settings
+        });
+        match view.motion {
+            Motion::Painting if same_view => Effort::Touch,
+            Motion::Painting | Motion::Moving => Effort::Quick,
+            Motion::Still if !changed || self.last_full_ms < QUICK_MS => Effort::Full,
+            Motion::Still if same_view => Effort::Touch,
+            Motion::Still => Effort::Quick,
+        }
+    }
+
+    /// Brings the renderer up to date; one that is missing is built and gets everything.
+    fn take(&mut self, inbox: Inbox) -> Result<(), GpuError> {
+        let fresh = self.renderer.is_none();
+        let new_scene = inbox.scene.is_some();
+        if inbox.scene.is_some() {
+            self.scene = inbox.scene;
+            self.params.clear();
+        }
+        let mut dirty = DirtyRanges::none();
+        if let Some((params, changed)) = inbox.params {
+            self.params = params;
+            dirty = changed;
+        }
+        let new_ratios = inbox.ratios.is_some_and(|ratios| ratios != self.ratios);
+        self.ratios = inbox.ratios.unwrap_or(self.ratios);
+        let new_light = inbox.light.is_some();
+        self.light = inbox.light.or(self.light.take());
+        self.view = inbox.view.or(self.view);
+        let (Some(scene), Some(light)) = (&self.scene, &self.light) else {
+            return Ok(());
+        };
+
+        if fresh {
+            let gpu = Gpu::headless()?;
+            self.tell(ViewerEvent::Adapter(gpu.adapter_name.clone()));
+            self.renderer = Some(Renderer::new(&gpu)?);
+        }
+        let Some(renderer) = &mut self.renderer else {
+            return Ok(());
+        };
+        if fresh || new_scene || new_light {
+            self.last = None;
+        }
+        if fresh || new_scene {
+            renderer.set_groom(&scene.groom, scene.head.as_deref())?;
+        }
+        // What is kept of the ratios and the groom is kept with the parameters.
+        if fresh || new_scene || new_ratios {
+            dirty = DirtyRanges::all(self.params.len());
+        }
+        renderer.set_ratios(self.ratios);
+        if self.params.len() == scene.groom.point_count() && !dirty.is_empty() {
+            renderer.set_params(&self.params, dirty.ranges())?;
+        }
+        if fresh || new_light {
+            renderer.set_lights(&light.lights)?;
+            renderer.set_background(light.background.as_deref())?;
+            renderer.turn_background(light.turn_rad, light.scale);
+        }
+        Ok(())
+    }
+
+    fn tell(&self, event: ViewerEvent) {
+        self.shared.events().push(event);
+        self.context.request_repaint();
+    }
+}

@@ -1,0 +1,353 @@
+//! The viewport: the picture, looking around, painting, the brush's ring.
+
+use balayage_render::gpu::{RenderSettings, ShadeSettings};
+use egui::{Color32, Modifiers, PointerButton, Pos2, Rect, Response, Role, Sense, Stroke, Ui, WidgetInfo};
+use glam::Vec2;
+
+use super::{
+    Editor, theme,
+    viewer::{Motion, ViewRequest},
+};
+use crate::{
+    document::Edit,
+    paint::{Dab, Reach},
+    tool::{BrushColor, StrokePath, Tool, dab_at, dabs_through},
+};
+use balayage_render::param::Channel;
+
+/// What the pointer is doing in the viewport.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Gesture {
+    None,
+    Orbit,
+    Pan,
+    Zoom,
+    /// Turning the environment.
+    TurnLight,
+    /// Changing radius and hardness of the brush.
+    SizeBrush,
+    /// A stroke; its path in points of the screen.
+    Stroke(StrokePath),
+}
+
+/// Dabs of a stroke are that share of the brush's radius apart on the screen.
+const SPACING: f32 = 0.25;
+
+impl Editor {
+    pub(super) fn viewport(&mut self, ui: &mut Ui) {
+        let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
+        response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Viewport"));
+        self.aspect = rect.width().max(1.0) / rect.height().max(1.0);
+        self.ask_for_picture(ui, rect);
+        match &self.shown {
+            Some(shown) => {
+                let all = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
+                ui.painter().image(shown.texture.id(), rect, all, Color32::WHITE);
+            }
+            None => {
+                ui.painter().rect_filled(rect, 0.0, Color32::from_gray(50));
+                if self.document.is_some() {
+                    note(ui, rect, "Preparing the first picture…");
+                }
+            }
+        }
+        if self.document.is_none() {
+            if self.opening.is_none() {
+                note(
+                    ui,
+                    rect,
+                    "Open a project or a groom: File, Open, or drop a file here.",
+                );
+            }
+            return;
+        }
+        self.steer(ui, rect, &response);
+        self.ring(ui, rect, &response);
+    }
+
+    /// Asks for the picture of the present camera at the size of the viewport.
+    fn ask_for_picture(&mut self, ui: &Ui, rect: Rect) {
+        let Some(camera) = &self.camera else { return };
+        let pixels = rect.size() * ui.ctx().pixels_per_point();
+        self.viewer.set_view(ViewRequest {
+            camera: *camera.camera(),
+            size: [(pixels.x as u32).max(1), (pixels.y as u32).max(1)],
+            settings: RenderSettings {
+                shade: ShadeSettings {
+                    terms: self.view.terms,
+                    ..ShadeSettings::default()
+                },
+                view: self.view.transform,
+                view_exposure_ev: self.view.exposure_ev,
+                show_background: self.view.show_background,
+                backdrop: theme::BACKDROP,
+                ..RenderSettings::default()
+            },
+            motion: match self.gesture {
+                Gesture::Stroke(_) => Motion::Painting,
+                Gesture::None | Gesture::SizeBrush if self.slider.is_none() => Motion::Still,
+                _ => Motion::Moving,
+            },
+        });
+    }
+
+    /// Starts, continues and ends gestures.
+    fn steer(&mut self, ui: &Ui, rect: Rect, response: &Response) {
+        let (modifiers, delta, wheel, escape) = ui.input(|input| {
+            let escape = input.key_pressed(egui::Key::Escape);
+            (
+                input.modifiers,
+                input.pointer.delta(),
+                input.smooth_scroll_delta().y,
+                escape,
+            )
+        });
+        let height = rect.height().max(1.0);
+        if response.hovered() && wheel != 0.0 {
+            self.look(|camera| camera.zoom(0.004 * wheel));
+        }
+        if escape && matches!(self.gesture, Gesture::Stroke(_)) {
+            self.cancel_stroke();
+        }
+        let pressed = [
+            PointerButton::Primary,
+            PointerButton::Middle,
+            PointerButton::Secondary,
+        ]
+        .into_iter()
+        .find(|button| {
+            response.is_pointer_button_down_on() && ui.input(|input| input.pointer.button_pressed(*button))
+        });
+        if let Some(button) = pressed {
+            let at = response.interact_pointer_pos();
+            self.gesture = self.started(button, modifiers, at, rect);
+        }
+        if matches!(self.gesture, Gesture::None) {
+            return;
+        }
+
+        let drag = Vec2::new(delta.x, delta.y) / height;
+        match self.gesture {
+            Gesture::Orbit => self.look(|camera| camera.orbit(drag)),
+            Gesture::Pan => self.look(|camera| camera.pan(drag)),
+            Gesture::Zoom => self.look(|camera| camera.zoom(3.0 * (drag.x - drag.y))),
+            Gesture::TurnLight if delta.x != 0.0 => {
+                if let Some(document) = &self.document {
+                    let mut light = document.project().light.clone();
+                    light.rotation_deg = (light.rotation_deg + 0.5 * delta.x).rem_euclid(360.0);
+                    self.edit_by(response, Edit::SetLight(light));
+                }
+            }
+            Gesture::SizeBrush => {
+                self.brush.scale_radius((0.01 * delta.x).exp());
+                self.brush.hardness = (self.brush.hardness - 0.005 * delta.y).clamp(0.0, 1.0);
+            }
+            Gesture::Stroke(path) => self.continue_stroke(path, response, rect),
+            Gesture::TurnLight | Gesture::None => {}
+        }
+        if !ui.input(|input| input.pointer.any_down()) {
+            if let (Gesture::Stroke(_), Some(document)) = (self.gesture, &mut self.document) {
+                document.commit_stroke();
+            }
+            self.gesture = Gesture::None;
+        }
+    }
+
+    /// The gesture that a button starts under the present key preset.
+    fn started(
+        &mut self,
+        button: PointerButton,
+        modifiers: Modifiers,
+        at: Option<Pos2>,
+        rect: Rect,
+    ) -> Gesture {
+        let Modifiers {
+            alt, shift, command, ..
+        } = modifiers;
+        match (button, self.view.blender_keys) {
+            (PointerButton::Secondary, _) if shift => Gesture::TurnLight,
+            (PointerButton::Secondary, _) if command => Gesture::SizeBrush,
+            (PointerButton::Middle, true) => {
+                if shift {
+                    Gesture::Pan
+                } else {
+                    Gesture::Orbit
+                }
+            }
+            (PointerButton::Primary, false) if alt => Gesture::Orbit,
+            (PointerButton::Middle, false) if alt => Gesture::Pan,
+            (PointerButton::Secondary, false) if alt => Gesture::Zoom,
+            (PointerButton::Primary, _) => match at {
+                Some(at) if self.tool == Tool::Eyedropper => {
+                    self.pick_value(at, rect);
+                    Gesture::None
+                }
+                Some(at) => self.begin_stroke(at, rect, modifiers),
+                None => Gesture::None,
+            },
+            _ => Gesture::None,
+        }
+    }
+
+    fn look(&mut self, change: impl FnOnce(&mut crate::tool::ViewCamera)) {
+        if let Some(camera) = &mut self.camera {
+            change(camera);
+        }
+    }
+
+    /// Starts a stroke; Ctrl inverts it (erases), Shift smooths.
+    fn begin_stroke(&mut self, at: Pos2, rect: Rect, modifiers: Modifiers) -> Gesture {
+        let tool = match self.tool {
+            Tool::Paint if modifiers.shift => Tool::Smooth,
+            Tool::Paint if modifiers.command => Tool::Erase,
+            tool => tool,
+        };
+        let Some(document) = &mut self.document else {
+            return Gesture::None;
+        };
+        let Some(operation) = self.brush.operation(tool, &self.layer, document) else {
+            return Gesture::None;
+        };
+        if let Err(problem) = document.begin_stroke(operation) {
+            self.complain(&problem);
+            return Gesture::None;
+        }
+        let place = Vec2::new(at.x, at.y);
+        self.paint_at(&[place], rect);
+        Gesture::Stroke(StrokePath::new(place))
+    }
+
+    fn continue_stroke(&mut self, mut path: StrokePath, response: &Response, rect: Rect) {
+        let Some(at) = response.interact_pointer_pos() else {
+            return;
+        };
+        let step = (SPACING * self.ring_radius(at, rect)).max(2.0);
+        let places = path.advance(Vec2::new(at.x, at.y), step);
+        self.gesture = Gesture::Stroke(path);
+        self.paint_at(&places, rect);
+    }
+
+    pub(super) fn cancel_stroke(&mut self) {
+        if let Some(document) = &mut self.document {
+            let dirty = document.cancel_stroke();
+            self.viewer.set_params(document.params(), &dirty);
+        }
+        self.gesture = Gesture::None;
+        self.say("Stroke cancelled");
+    }
+
+    /// Adds the dabs that belong to places on the screen.
+    fn paint_at(&mut self, places: &[Vec2], rect: Rect) {
+        let dabs: Vec<Dab> = places.iter().flat_map(|place| self.dabs(*place, rect)).collect();
+        let Some(document) = &mut self.document else {
+            return;
+        };
+        match document.extend_stroke(dabs) {
+            Ok(dirty) => self.viewer.set_params(document.params(), &dirty),
+            Err(problem) => self.complain(&problem),
+        }
+    }
+
+    /// The dabs at one place of the screen: one on the visible strand, or one for each depth.
+    fn dabs(&self, place: Vec2, rect: Rect) -> Vec<Dab> {
+        let picks = self.shown.as_ref().and_then(|shown| shown.picks.as_ref());
+        let (Some(picks), Some(document)) = (picks, &self.document) else {
+            return Vec::new();
+        };
+        let Some(point) = picks.place(in_picture(place, rect)) else {
+            return Vec::new();
+        };
+        let radius = 0.01 * self.brush.radius_cm / document.groom().metres_per_unit();
+        let index = document.index();
+        if self.brush.reach == Reach::Through {
+            return dabs_through(index, picks.camera.position(), point, radius, 1.0);
+        }
+        dab_at(index, point, radius, 1.0).into_iter().collect()
+    }
+
+    /// Takes the value of the touched hair into the brush.
+    fn pick_value(&mut self, at: Pos2, rect: Rect) {
+        let Some(dab) = self.dabs(Vec2::new(at.x, at.y), rect).into_iter().next() else {
+            return;
+        };
+        let Some(document) = &self.document else { return };
+        let radius = 0.01 * self.brush.radius_cm / document.groom().metres_per_unit();
+        let mut nearest = (f32::INFINITY, 0);
+        document
+            .index()
+            .for_each_near(dab.position.into(), radius, |point, distance| {
+                if distance < nearest.0 {
+                    nearest = (distance, point);
+                }
+            });
+        let values = document.values()[nearest.1 as usize];
+        match self.brush.channel {
+            Channel::Dye => self.brush.color = BrushColor::of_sigma_a(values.dye),
+            channel => self.brush.value = values.get(channel)[0],
+        }
+        self.say(format!("Took {} from the hair", self.brush.channel.name()));
+    }
+
+    /// Radius of the brush on the screen, in points, at the depth of what lies under `at`.
+    fn ring_radius(&self, at: Pos2, rect: Rect) -> f32 {
+        let (Some(camera), Some(document)) = (&self.camera, &self.document) else {
+            return 0.0;
+        };
+        let radius = 0.01 * self.brush.radius_cm / document.groom().metres_per_unit();
+        let picks = self.shown.as_ref().and_then(|shown| shown.picks.as_ref());
+        let depth = picks
+            .and_then(|picks| picks.place(in_picture(Vec2::new(at.x, at.y), rect)))
+            .map_or(camera.pivot_depth(), |place| {
+                let pose = camera.camera().world_from_camera;
+                (camera.camera().position() - place).dot(pose.z_axis.truncate())
+            });
+        camera.pixels(radius, depth, rect.height())
+    }
+
+    /// The brush's ring with its hard core; its colour is the dye's.
+    fn ring(&self, ui: &Ui, rect: Rect, response: &Response) {
+        let Some(at) = response.hover_pos().or(response.interact_pointer_pos()) else {
+            return;
+        };
+        if self.tool == Tool::Eyedropper {
+            ui.ctx().set_cursor_icon(egui::CursorIcon::Crosshair);
+            return;
+        }
+        let radius = self.ring_radius(at, rect);
+        let color = match (self.tool, self.brush.channel) {
+            (Tool::Paint, Channel::Dye) => swatch(self.brush.color),
+            _ => Color32::from_gray(220),
+        };
+        let painter = ui.painter_at(rect);
+        painter.circle_stroke(at, radius, Stroke::new(3.0, Color32::from_black_alpha(120)));
+        painter.circle_stroke(at, radius, Stroke::new(1.5, color));
+        painter.circle_stroke(
+            at,
+            radius * self.brush.hardness,
+            Stroke::new(1.0, color.gamma_multiply(0.5)),
+        );
+    }
+}
+
+/// A place on the screen in [0, 1]^2 of the picture.
+fn in_picture(place: Vec2, rect: Rect) -> Vec2 {
+    (place - Vec2::new(rect.min.x, rect.min.y)) / Vec2::new(rect.width().max(1.0), rect.height().max(1.0))
+}
+
+/// A dye's colour on the screen.
+pub(super) fn swatch(color: BrushColor) -> Color32 {
+    let [r, g, b] = color.0;
+    egui::Rgba::from_rgb(r, g, b).into()
+}
+
+/// A line in the middle of an empty viewport.
+fn note(ui: &Ui, rect: Rect, text: &str) {
+    let font = egui::TextStyle::Body.resolve(ui.style());
+    ui.painter().text(
+        rect.center(),
+        egui::Align2::CENTER_CENTER,
+        text,
+        font,
+        Color32::from_gray(170),
+    );
+}

@@ -1,0 +1,71 @@
+//! Work lists: which of the wanted items (groom points or refined vertices) are stale.
+
+use std::ops::Range;
+
+use super::{Gpu, GpuError, Kernel};
+
+/// The pass that fills work lists.
+pub struct Lister(Kernel);
+
+impl Lister {
+    /// Compiles the pass.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`].
+    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        Kernel::new(gpu, "pass/work_list.wgsl", &[]).map(Self)
+    }
+}
+
+/// What is done of a fixed number of items, and the list of those to do next.
+pub struct WorkList {
+    /// Layout of `WorkList` in `shaders/lib/work_list.wgsl`: number of items, then their indices.
+    pub items: wgpu::Buffer,
+    done: wgpu::Buffer,
+    count: u32,
+}
+
+impl WorkList {
+    /// A list for `count` items, none of them done.
+    ///
+    /// # Errors
+    /// [`GpuError::TooLarge`].
+    pub fn new(gpu: &Gpu, label: &str, count: u32) -> Result<Self, GpuError> {
+        Ok(Self {
+            items: gpu.storage(label, 4 * (u64::from(count.max(1)) + 1))?,
+            done: gpu.storage(label, 4 * u64::from(count.max(1)))?,
+            count,
+        })
+    }
+
+    /// All items are stale.
+    pub fn forget_all(&self, gpu: &Gpu) {
+        self.forget(gpu, 0..self.count);
+    }
+
+    /// The items of `range`, as far as they exist, are stale.
+    pub fn forget(&self, gpu: &Gpu, range: Range<u32>) {
+        let end = range.end.min(self.count);
+        if range.start < end {
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            let bytes = 4 * u64::from(end - range.start);
+            encoder.clear_buffer(&self.done, 4 * u64::from(range.start), Some(bytes));
+            gpu.queue.submit([encoder.finish()]);
+        }
+    }
+
+    /// Fills the list with the stale items that `wanted` (u32 an item) does not hold a 0 for, counts them as done and returns their number.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`].
+    pub fn collect(&self, gpu: &Gpu, lister: &Lister, wanted: &wgpu::Buffer) -> Result<u32, GpuError> {
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        encoder.clear_buffer(&self.items, 0, Some(4));
+        gpu.queue.submit([encoder.finish()]);
+        let bound = lister
+            .0
+            .bind(gpu, &[(0, wanted), (1, &self.done), (2, &self.items)]);
+        lister.0.run(gpu, &bound, self.count);
+        Ok(gpu.read::<u32>(&self.items, 1)?[0])
+    }
+}
