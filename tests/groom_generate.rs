@@ -1,6 +1,9 @@
 //! Generated hair, and the bundled samples that it made.
 
-use balayage_render::groom::{GeneratorSettings, Groom, HairStyle, Mesh, generate, read_groom, write_groom};
+use balayage_render::groom::{
+    DEFAULT_MAX_TURN_RAD, GeneratorSettings, Groom, HairStyle, Mesh, RefinedGroom, generate, read_groom,
+    undergrowth, write_groom,
+};
 use balayage_tests::{POISON, repository};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -38,6 +41,41 @@ fn bundled_samples_are_what_the_generator_makes() {
             .map(|(a, b)| a.distance(*b))
             .fold(0.0, f32::max);
         assert!(apart < 1.0e-4, "{name}: {apart} m apart");
+    }
+}
+
+#[test]
+fn samples_are_light_enough_for_software_rendering() {
+    for (name, _) in SAMPLES {
+        let groom = read_groom(repository(&format!("projects/grooms/{name}.hair")), None)
+            .unwrap()
+            .groom;
+        let vertices = RefinedGroom::new(&groom, DEFAULT_MAX_TURN_RAD).point_count();
+        assert!(
+            groom.point_count() <= 60_000 && vertices <= 280_000,
+            "{name}: {} points, {vertices} vertices",
+            groom.point_count()
+        );
+    }
+}
+
+#[test]
+fn short_hair_grows_over_the_scalp_and_not_over_the_face() {
+    let head = head();
+    let (low, high) = head.bounds();
+    for (name, _) in SAMPLES {
+        let groom = read_groom(repository(&format!("projects/grooms/{name}.hair")), None)
+            .unwrap()
+            .groom;
+        let shares = undergrowth(&head, &groom);
+        assert_eq!(shares.len(), head.positions().len());
+        for (p, share) in head.positions().iter().zip(shares) {
+            assert!((0.0..=1.0).contains(&share), "{name} at {p}: {share}");
+            let face = p.y < 0.75 && p.z > low.z + 0.8 * (high.z - low.z);
+            let top = p.y > high.y - 0.02;
+            assert!(!face || share == 0.0, "{name}: {share} of the face at {p}");
+            assert!(!top || share > 0.8, "{name}: {share} of the scalp at {p}");
+        }
     }
 }
 

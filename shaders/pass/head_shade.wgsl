@@ -17,12 +17,15 @@ struct HeadUniform {
 @group(0) @binding(4) var<storage, read> directions: array<LobeDirection>;
 @group(0) @binding(5) var<storage, read> lights: array<Light>;
 @group(0) @binding(6) var<uniform> head: HeadUniform;
-@group(0) @binding(7) var<storage, read> positions: array<vec4f>;
+@group(0) @binding(7) var<storage, read> positions: array<vec4f>; // w: share of the skin that short hair covers
 @group(0) @binding(8) var<storage, read> normals: array<vec4f>;
 @group(0) @binding(9) var<storage, read_write> radiance: array<vec4f>;
 
 // Optical depth behind which nothing arrives.
 const N_MAX: f32 = 8.0;
+
+// How much darker skin is that short hair covers.
+const UNDERGROWTH: f32 = 0.8;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
@@ -45,5 +48,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             if n < N_MAX { irradiance += lights[j].radiance * (cosine * direction.solid_angle * exp(-n)); }
         }
     }
-    radiance[vertex] = vec4f(irradiance * (head.albedo / 3.14159265), 1.0);
+    // Short hair between the roots takes its share of the light.
+    let albedo = head.albedo * (1.0 - UNDERGROWTH * positions[vertex].w);
+    radiance[vertex] = vec4f(irradiance * (albedo / 3.14159265), 1.0);
 }

@@ -14,7 +14,7 @@ use super::strands::StrandBuffers;
 use super::transmittance::{MeanFibre, Transmittance, VolumeReport};
 use super::view::{ViewPass, ViewTransform};
 use super::{Gpu, GpuError};
-use crate::groom::{DEFAULT_MAX_TURN_RAD, Groom, Mesh, RefinedGroom};
+use crate::groom::{DEFAULT_MAX_TURN_RAD, Groom, Mesh, RefinedGroom, undergrowth};
 use crate::image::Picture;
 use crate::light::{EnvironmentMap, LightSet, SrbfLight};
 use crate::param::{LobeRatios, VertexParams};
@@ -223,7 +223,9 @@ impl Renderer {
                 (size_of::<VertexParams>() * groom.point_count()) as u64,
             )?,
             point_count: groom.point_count(),
-            head: head.map(|mesh| HeadBuffers::new(gpu, mesh)).transpose()?,
+            head: head
+                .map(|mesh| HeadBuffers::new(gpu, mesh, &undergrowth(mesh, groom)))
+                .transpose()?,
             head_target: HeadTarget::new(gpu, [1, 1])?,
             near: 1e-3 * low.distance(high),
         });

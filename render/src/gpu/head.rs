@@ -179,7 +179,7 @@ impl HeadPass {
 
 /// The head's mesh on the GPU.
 pub struct HeadBuffers {
-    /// World positions, vec4 a vertex.
+    /// World positions and the share of the skin that is grown over with hair, vec4 a vertex.
     pub positions: wgpu::Buffer,
     /// Outward normals, vec4 a vertex.
     pub normals: wgpu::Buffer,
@@ -194,12 +194,18 @@ pub struct HeadBuffers {
 }
 
 impl HeadBuffers {
-    /// Uploads `mesh`.
+    /// Uploads `mesh` with the [`undergrowth`](crate::groom::undergrowth) of its vertices.
     ///
     /// # Errors
     /// [`GpuError::TooLarge`].
-    pub fn new(gpu: &Gpu, mesh: &Mesh) -> Result<Self, GpuError> {
-        let vec4 = |v: &[glam::Vec3]| v.iter().map(|p| p.extend(0.0).to_array()).collect::<Vec<_>>();
+    pub fn new(gpu: &Gpu, mesh: &Mesh, undergrowth: &[f32]) -> Result<Self, GpuError> {
+        let normals: Vec<_> = mesh.normals().iter().map(|n| n.extend(0.0).to_array()).collect();
+        let positions: Vec<_> = mesh
+            .positions()
+            .iter()
+            .zip(undergrowth)
+            .map(|(p, share)| p.extend(*share).to_array())
+            .collect();
         let indices = mesh.triangles().as_flattened();
         let triangles = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("head triangles"),
@@ -207,8 +213,8 @@ impl HeadBuffers {
             usage: wgpu::BufferUsages::INDEX,
         });
         Ok(Self {
-            positions: gpu.storage_of("head positions", &vec4(mesh.positions()))?,
-            normals: gpu.storage_of("head normals", &vec4(mesh.normals()))?,
+            positions: gpu.storage_of("head positions", &positions)?,
+            normals: gpu.storage_of("head normals", &normals)?,
             radiance: gpu.storage("head radiance", 16 * mesh.positions().len() as u64)?,
             triangles,
             vertex_count: mesh.positions().len() as u32,

@@ -46,12 +46,8 @@ impl Barber<'_> {
         let Vec2 { x: height, y: depth } = self.measure.height_depth(p);
         let top = smoothstep(-0.45, -0.15, height);
         let front = smoothstep(0.25, 0.55, depth);
-        let face = smoothstep(FACE_EDGE - 0.07, FACE_EDGE + 0.10, depth) * (1.0 - 0.6 * top);
-        let parted = match self.settings.style {
-            HairStyle::Curly => 0.5,
-            HairStyle::Straight | HairStyle::Wavy => 1.1,
-        };
-        let across = side * (parted * top + 0.5 * face) + wander;
+        let face = smoothstep(FACE_EDGE - 0.07, FACE_EDGE + 0.10, depth) * (1.0 - 0.4 * top);
+        let across = side * (1.1 * top + 1.1 * face) + wander;
         let back = 0.35 * top * front + 1.3 * face;
         Vec3::new(across, 0.0, -back)
     }

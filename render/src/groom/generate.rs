@@ -81,8 +81,8 @@ impl GeneratorSettings {
                 diameter_m: 0.5e-3,
                 frizz: 0.08,
                 clumping: 0.6,
-                curl_radius_m: 0.009,
-                curl_pitch_m: 0.1,
+                curl_radius_m: 0.010,
+                curl_pitch_m: 0.115,
                 volume_m: 0.020,
                 graduation: 0.95,
                 parting: -0.45,
@@ -90,16 +90,16 @@ impl GeneratorSettings {
             },
             HairStyle::Curly => Self {
                 strand_count: 1_500,
-                points_per_strand: 32,
-                length_m: 0.19,
+                points_per_strand: 30,
+                length_m: 0.20,
                 diameter_m: 0.5e-3,
-                frizz: 0.2,
-                clumping: 0.45,
-                curl_radius_m: 0.009,
-                curl_pitch_m: 0.06,
-                volume_m: 0.038,
-                graduation: 0.8,
-                parting: 0.2,
+                frizz: 0.15,
+                clumping: 0.65,
+                curl_radius_m: 0.008,
+                curl_pitch_m: 0.07,
+                volume_m: 0.036,
+                graduation: 0.85,
+                parting: 0.1,
                 ..straight
             },
         }
@@ -213,6 +213,10 @@ fn place_roots(
 
     // A root below the hairline is tried again anywhere; a blurred hairline looks natural.
     let parting = settings.parting * 0.4 * measure.depth;
+    let untidiness = match settings.style {
+        HairStyle::Curly => 0.4,
+        HairStyle::Straight | HairStyle::Wavy => 0.03,
+    };
     let count = settings.strand_count as usize;
     let roots = (0..count).map(|strand| {
         let mut random = stream(settings.seed, ROOTS, strand);
@@ -244,7 +248,7 @@ fn place_roots(
             share = random.random();
         }
         let (_, position, normal) = best;
-        let blur = 0.03 * measure.depth * (random.random::<f32>() - 0.5);
+        let blur = untidiness * measure.depth * (random.random::<f32>() - 0.5);
         // The parting ends at the crown.
         let reach = smoothstep(0.18, 0.42, measure.height_depth(position).y);
         let side = if position.x + blur > parting {

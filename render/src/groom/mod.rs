@@ -17,6 +17,7 @@ mod resample;
 mod scalp;
 mod spline;
 mod tfx;
+mod undergrowth;
 
 use glam::Vec3;
 
@@ -29,6 +30,7 @@ pub use mesh::Mesh;
 pub use refined::{DEFAULT_MAX_TURN_RAD, RefinedGroom};
 pub use report::{GroomReport, UnitSource};
 pub use tfx::{parse_tfx, tfx_bytes};
+pub use undergrowth::undergrowth;
 
 /// Fibre diameter where a file states none, in metres (0.08 mm).
 pub const DEFAULT_DIAMETER_M: f32 = 0.08e-3;
