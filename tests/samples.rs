@@ -18,29 +18,35 @@ use balayage_render::{
 use balayage_tests::repository;
 use glam::Vec3;
 
-/// Where a stroke goes: places on the hair for which `wanted(position, arc)` holds, a radius apart.
-fn dabs(groom: &Groom, radius: f32, wanted: impl Fn(Vec3, f32) -> bool) -> Vec<Dab> {
-    let arc = groom.arc();
-    let mut taken: Vec<Vec3> = Vec::new();
+/// The tips of locks, `spacing` metres apart.
+fn locks(groom: &Groom, spacing: f32) -> Vec<Dab> {
+    let mut tips: Vec<Vec3> = Vec::new();
     let mut dabs = Vec::new();
     for strand in 0..groom.strand_count() {
-        let points = groom.strand(strand);
-        let root = groom.positions()[points.start];
-        for p in points {
-            let position = groom.positions()[p];
-            if wanted(position, arc[p]) && taken.iter().all(|other| other.distance(position) > 0.8 * radius) {
-                taken.push(position);
-                dabs.push(Dab {
-                    root: root.into(),
-                    arc: arc[p],
-                    position: position.into(),
-                    pressure: 1.0,
-                    extra: Extra::new(),
-                });
-            }
+        let points = &groom.positions()[groom.strand(strand)];
+        let (root, tip) = (points[0], points[points.len() - 1]);
+        if tips.iter().all(|other| other.distance(tip) > spacing) {
+            tips.push(tip);
+            dabs.push(Dab {
+                root: root.into(),
+                arc: 1.0,
+                position: tip.into(),
+                pressure: 1.0,
+                extra: Extra::new(),
+            });
         }
     }
     dabs
+}
+
+/// The stroke painted along whole locks: from their tips up over `arc_reach` of their length, fading towards the roots.
+fn along_locks(stroke: Operation, arc_reach: f32) -> Operation {
+    Operation {
+        reach: Reach::Strand,
+        arc_reach: Some(arc_reach),
+        hardness: 0.4,
+        ..stroke
+    }
 }
 
 /// A stroke of replaced values, soft at its rim.
@@ -71,9 +77,13 @@ fn stroke(
     }
 }
 
-/// The camera that sees the hair from the side that `towards_eye` points to, rounded so that every platform writes the same text.
-fn pose(groom: &Groom, towards_eye: Vec3) -> CameraPose {
-    let file = CameraFile::from(Camera::framing_from(groom.bounds(), 1.0, towards_eye));
+/// The camera at `distance` metres that sees the hair from the side that `towards_eye` points to, rounded so that every platform
+/// writes the same text.
+fn pose(groom: &Groom, towards_eye: Vec3, distance: f32) -> CameraPose {
+    let (low, high) = groom.bounds();
+    let target = 0.5 * (low + high);
+    let eye = target + distance * towards_eye.normalize();
+    let file = CameraFile::from(Camera::look_at(eye, target, 25.0_f32.to_radians()));
     let rounded = |x: f32| (x * 1e4).round() / 1e4;
     CameraPose {
         world_from_camera: file.world_from_camera.map(|row| row.map(rounded)),
@@ -87,7 +97,7 @@ fn natural(
     groom: &str,
     environment: (&str, f32, f32),
     melanin: [f32; 2],
-    towards_eye: Vec3,
+    (towards_eye, distance): (Vec3, f32),
 ) -> (Project, Groom) {
     let path = format!("grooms/{groom}.hair");
     let loaded = read_groom(repository(&format!("projects/{path}")), None)
@@ -107,7 +117,7 @@ fn natural(
     project.light.environment = Environment::Map(format!("environments/{map}.hdr"));
     project.light.exposure_ev = exposure_ev;
     project.light.rotation_deg = rotation_deg;
-    project.camera = Some(pose(&loaded, towards_eye));
+    project.camera = Some(pose(&loaded, towards_eye, distance));
     project.hair.base = PointValues {
         eumelanin: melanin[0],
         pheomelanin: melanin[1],
@@ -117,98 +127,94 @@ fn natural(
     (project, loaded)
 }
 
-/// Ends lightened in two steps, then toned, with brushes of `radius` metres.
-fn balayage(project: &mut Project, groom: &Groom, tone: [f32; 3], radius: f32) {
-    project.layers = vec![Layer::new("lightener", "Lightener"), Layer::new("toner", "Toner")];
-    let tips = |radius: f32, start: f32| dabs(groom, radius, move |_, arc| arc > start);
-    let bleach = |share| StrokeValue::Scalar(share);
-    let fine = 0.75 * radius;
-    project.operations = vec![
-        stroke(
-            1,
-            "lightener",
-            Channel::Bleach,
-            bleach(0.7),
-            0.7,
-            radius,
-            tips(radius, 0.5),
-        ),
-        stroke(
-            2,
-            "lightener",
-            Channel::Bleach,
-            bleach(0.92),
-            0.9,
-            fine,
-            tips(fine, 0.75),
-        ),
-        stroke(
-            3,
-            "toner",
-            Channel::Dye,
-            StrokeValue::Rgb(tone),
-            0.8,
-            radius,
-            tips(radius, 0.7),
-        ),
-    ];
+/// A balayage: fine and broad locks lightened towards their tips, then toned.
+fn balayage(groom: &Groom, spacing: f32, bleach: f32, tone: [f32; 3]) -> Vec<Operation> {
+    let bleach = StrokeValue::Scalar(bleach);
+    let everywhere = |spacing: f32| locks(groom, spacing);
+    let lighten = |id, strength, spacing: f32, arc_reach| {
+        let dabs = everywhere(spacing);
+        along_locks(
+            stroke(
+                id,
+                "lightener",
+                Channel::Bleach,
+                bleach,
+                strength,
+                0.6 * spacing,
+                dabs,
+            ),
+            arc_reach,
+        )
+    };
+    let tone = stroke(
+        3,
+        "toner",
+        Channel::Dye,
+        StrokeValue::Rgb(tone),
+        1.0,
+        spacing,
+        everywhere(spacing),
+    );
+    vec![
+        lighten(1, 0.9, spacing, 0.85),
+        lighten(2, 1.0, 0.5 * spacing, 0.5),
+        along_locks(tone, 0.6),
+    ]
 }
 
-/// Light and view of the bob, which shows more hair than face.
-const BOB_LIGHT: (&str, f32, f32) = ("sunrise", 0.5, 90.0);
-const BOB_VIEW: Vec3 = Vec3::new(0.9, 0.15, -0.35);
+/// The layers of a balayage.
+fn balayage_layers() -> Vec<Layer> {
+    vec![Layer::new("lightener", "Lightener"), Layer::new("toner", "Toner")]
+}
+
+/// Light and view of the demo.
+const DEMO_LIGHT: (&str, f32, f32) = ("city", 1.0, -100.0);
+const DEMO_VIEW: (Vec3, f32) = (Vec3::new(0.75, 0.12, 0.8), 0.78);
 
 /// Every bundled JSON with its text.
 fn samples() -> Vec<(&'static str, String)> {
     let (mut straight, groom) = natural(
         "long-straight",
-        ("city", 1.0, 150.0),
-        [1.3, 0.2],
-        Vec3::new(0.7, 0.1, -0.7),
+        ("city", 0.9, 150.0),
+        [0.9, 0.3],
+        (Vec3::new(0.75, 0.1, 0.7), 1.12),
     );
-    balayage(&mut straight, &groom, [0.03, 0.16, 0.4], 0.04);
+    straight.layers = balayage_layers();
+    straight.operations = balayage(&groom, 0.03, 0.93, [0.01, 0.05, 0.13]);
+
     let (mut curly, groom) = natural(
         "curly",
-        ("studio", 2.0, 0.0),
-        [1.8, 0.3],
-        Vec3::new(0.6, 0.15, 0.8),
+        ("studio", 1.8, -90.0),
+        [1.5, 0.4],
+        (Vec3::new(0.5, 0.15, 0.8), 0.86),
     );
-    balayage(&mut curly, &groom, [0.05, 0.5, 0.12], 0.019);
-    let (mut bob, groom) = natural("wavy-bob", BOB_LIGHT, [0.12, 0.05], BOB_VIEW);
-    let teal = StrokeValue::Rgb([0.9, 0.08, 0.14]);
-    let left = dabs(&groom, 0.03, |position, arc| arc > 0.55 && position.x > 0.0);
-    bob.operations = vec![stroke(1, "paint", Channel::Dye, teal, 0.9, 0.03, left)];
+    curly.layers = balayage_layers();
+    curly.operations = balayage(&groom, 0.03, 0.96, [0.04, 0.5, 0.22]);
 
-    // The demo dyes an untouched bob: copper on one side, violet on the other, roots left out.
-    let (demo, _) = natural("wavy-bob", BOB_LIGHT, [0.12, 0.05], BOB_VIEW);
-    let side = |sign: f32| {
-        dabs(&groom, 0.035, move |position, arc| {
-            arc > 0.3 && sign * position.x > 0.01
-        })
+    // Platinum with rose lengths and violet tips.
+    let (mut bob, groom) = natural(
+        "wavy-bob",
+        ("city", 0.6, -100.0),
+        [0.08, 0.04],
+        (Vec3::new(0.6, 0.12, 0.8), 0.78),
+    );
+    let vivid = |id, layer: &str, dye, spacing: f32, arc_reach| {
+        let dabs = locks(&groom, spacing);
+        let stroke = stroke(id, layer, Channel::Dye, StrokeValue::Rgb(dye), 1.0, spacing, dabs);
+        along_locks(stroke, arc_reach)
     };
+    bob.layers = vec![Layer::new("rose", "Rose"), Layer::new("violet", "Violet")];
+    bob.operations = vec![
+        vivid(1, "rose", [0.03, 0.42, 0.2], 0.03, 0.85),
+        vivid(2, "violet", [0.4, 0.75, 0.08], 0.025, 0.45),
+    ];
+
+    // The demo dyes an untouched brown bob.
+    let (demo, _) = natural("wavy-bob", DEMO_LIGHT, [0.8, 0.25], DEMO_VIEW);
     let strokes = StrokeFile {
         version: STROKE_VERSION,
         groom: Some(groom.content_hash()),
-        operations: vec![
-            stroke(
-                1,
-                "copper",
-                Channel::Dye,
-                StrokeValue::Rgb([0.06, 0.55, 1.3]),
-                0.9,
-                0.035,
-                side(1.0),
-            ),
-            stroke(
-                2,
-                "violet",
-                Channel::Dye,
-                StrokeValue::Rgb([0.35, 0.95, 0.18]),
-                0.9,
-                0.035,
-                side(-1.0),
-            ),
-        ],
+        operations: balayage(&groom, 0.026, 0.95, [0.01, 0.06, 0.14]),
         extra: Extra::new(),
     };
     vec![

@@ -98,12 +98,7 @@ impl Barber<'_> {
         }
         let length = self.cut(&path) * (0.93 + 0.07 * random.random::<f32>());
         (0..settings.points_per_strand)
-            .map(|i| {
-                along_path(
-                    &path,
-                    length * i as f32 / (settings.points_per_strand - 1) as f32,
-                )
-            })
+            .map(|i| along_path(&path, length * i as f32 / (settings.points_per_strand - 1) as f32))
             .collect()
     }
 
