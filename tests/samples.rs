@@ -156,7 +156,7 @@ fn balayage(groom: &Groom, spacing: f32, bleach: f32, tone: [f32; 3]) -> Vec<Ope
         everywhere(spacing),
     );
     vec![
-        lighten(1, 0.9, spacing, 0.85),
+        lighten(1, 0.9, spacing, 0.75),
         lighten(2, 1.0, 0.5 * spacing, 0.5),
         along_locks(tone, 0.6),
     ]
@@ -168,7 +168,7 @@ fn balayage_layers() -> Vec<Layer> {
 }
 
 /// Light and view of the demo.
-const DEMO_LIGHT: (&str, f32, f32) = ("city", 1.0, -100.0);
+const DEMO_LIGHT: (&str, f32, f32) = ("city", 1.3, -100.0);
 const DEMO_VIEW: (Vec3, f32) = (Vec3::new(0.75, 0.12, 0.8), 0.78);
 
 /// Every bundled JSON with its text.
@@ -176,17 +176,17 @@ fn samples() -> Vec<(&'static str, String)> {
     let (mut straight, groom) = natural(
         "long-straight",
         ("city", 0.9, 150.0),
-        [0.9, 0.3],
-        (Vec3::new(0.75, 0.1, 0.7), 1.12),
+        [1.6, 0.4],
+        (Vec3::new(0.75, 0.1, 0.7), 1.04),
     );
     straight.layers = balayage_layers();
     straight.operations = balayage(&groom, 0.03, 0.93, [0.01, 0.05, 0.13]);
 
     let (mut curly, groom) = natural(
         "curly",
-        ("studio", 1.8, -90.0),
-        [1.5, 0.4],
-        (Vec3::new(0.5, 0.15, 0.8), 0.86),
+        ("city", 1.0, -40.0),
+        [1.3, 0.5],
+        (Vec3::new(0.65, 0.15, 0.7), 0.76),
     );
     curly.layers = balayage_layers();
     curly.operations = balayage(&groom, 0.03, 0.96, [0.04, 0.5, 0.22]);
@@ -206,15 +206,15 @@ fn samples() -> Vec<(&'static str, String)> {
     bob.layers = vec![Layer::new("rose", "Rose"), Layer::new("violet", "Violet")];
     bob.operations = vec![
         vivid(1, "rose", [0.03, 0.42, 0.2], 0.03, 0.85),
-        vivid(2, "violet", [0.4, 0.75, 0.08], 0.025, 0.45),
+        vivid(2, "violet", [0.22, 0.5, 0.05], 0.025, 0.45),
     ];
 
     // The demo dyes an untouched brown bob.
-    let (demo, _) = natural("wavy-bob", DEMO_LIGHT, [0.8, 0.25], DEMO_VIEW);
+    let (demo, _) = natural("wavy-bob", DEMO_LIGHT, [1.7, 0.4], DEMO_VIEW);
     let strokes = StrokeFile {
         version: STROKE_VERSION,
         groom: Some(groom.content_hash()),
-        operations: balayage(&groom, 0.026, 0.95, [0.01, 0.06, 0.14]),
+        operations: balayage(&groom, 0.03, 0.95, [0.01, 0.05, 0.11]),
         extra: Extra::new(),
     };
     vec![

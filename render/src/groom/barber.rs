@@ -65,9 +65,10 @@ impl Barber<'_> {
         let height = self.measure.height_depth(root.position).x;
         let wander = (0.10 + 0.5 * settings.frizz) * (2.0 * random.random::<f32>() - 1.0);
 
-        // Hair from further up lies on top of hair from further down.
-        let layer =
-            settings.volume_m * (0.15 + 0.55 * smoothstep(-0.9, 0.0, height) + 0.3 * random.random::<f32>());
+        // Hair from further up lies on top of hair from further down; at the hairline the coat begins thin.
+        let inner = 0.3 + 0.7 * smoothstep(0.0, 0.2, self.measure.above_hairline(root.position));
+        let upper = 0.15 + 0.55 * smoothstep(-0.9, 0.0, height) + 0.3 * random.random::<f32>();
+        let layer = settings.volume_m * upper * inner;
 
         // Small steps follow the head closely; a root already leans the way its hair is combed.
         let lean = Self::along(root.normal, self.comb(root.position, root.side, wander));

@@ -89,15 +89,15 @@ impl GeneratorSettings {
                 ..straight
             },
             HairStyle::Curly => Self {
-                strand_count: 1_500,
-                points_per_strand: 30,
-                length_m: 0.20,
+                strand_count: 1_350,
+                points_per_strand: 32,
+                length_m: 0.195,
                 diameter_m: 0.5e-3,
-                frizz: 0.15,
-                clumping: 0.65,
-                curl_radius_m: 0.008,
-                curl_pitch_m: 0.07,
-                volume_m: 0.036,
+                frizz: 0.12,
+                clumping: 0.75,
+                curl_radius_m: 0.0075,
+                curl_pitch_m: 0.065,
+                volume_m: 0.032,
                 graduation: 0.85,
                 parting: 0.1,
                 ..straight
@@ -272,7 +272,7 @@ fn density(settings: &GeneratorSettings, measure: &HeadMeasure, p: Vec3) -> f32 
     let parting = (1.0 - smoothstep(0.0, 0.22, from_parting)) * smoothstep(-0.5, -0.2, hd.x);
     let hairline = 1.0 - smoothstep(0.0, 0.15, measure.above_hairline(p));
     let front = smoothstep(0.45, 0.7, hd.y);
-    1.0 + 5.0 * parting + 2.5 * front * hairline
+    1.0 + 5.0 * parting + 3.5 * front * hairline
 }
 
 /// For every strand the nearest strand of the same side that leads a lock; there are about 25 strands to a lock.

@@ -7,8 +7,8 @@ use super::{Groom, Mesh};
 /// How far around a root the skin counts as grown over, in depths of the head's bounds (nose to back).
 const REACH: f32 = 0.06;
 
-/// Number of roots within reach at which about two thirds of the skin are grown over.
-const FULL: f32 = 3.0;
+/// Share of all roots that, within reach, grow over about two thirds of the skin; a scalp that bears all has a hundred times its area.
+const FULL_SHARE: f32 = 0.8e-3;
 
 /// Roots that are looked at; of more, evenly spaced ones stand for all.
 const MAX_ROOTS: usize = 4096;
@@ -24,6 +24,7 @@ pub fn undergrowth(head: &Mesh, groom: &Groom) -> Vec<f32> {
         .step_by(step)
         .map(|strand| groom.positions()[groom.strand(strand).start])
         .collect();
+    let full = (FULL_SHARE * roots.len() as f32).max(1.0);
     head.positions()
         .par_iter()
         .map(|p| {
@@ -31,7 +32,7 @@ pub fn undergrowth(head: &Mesh, groom: &Groom) -> Vec<f32> {
                 .iter()
                 .filter(|root| root.distance_squared(*p) < reach * reach)
                 .count();
-            1.0 - (-(near as f32) / FULL).exp()
+            1.0 - (-(near as f32) / full).exp()
         })
         .collect()
 }
