@@ -39,14 +39,25 @@ fn maps_stay_within_the_rule() {
     let folder = tempfile::tempdir().unwrap();
     let pixels = map.pixels.iter().map(|p| p.extend(1.0).to_array()).collect();
     let exr = folder.path().join("map.exr");
-    Picture { width: map.width, height: map.height, pixels }.write_exr(&exr).unwrap();
+    Picture {
+        width: map.width,
+        height: map.height,
+        pixels,
+    }
+    .write_exr(&exr)
+    .unwrap();
     let hdr = repository("projects/environments/city.hdr");
     for path in [&exr, &hdr] {
         let valid = std::fs::read(path).unwrap();
         damage(&valid, 320.min(valid.len()), 11, |bytes| {
             let (_, peak) = peak_of(|| EnvironmentMap::from_bytes(bytes, path).is_ok());
             let budget = 2 * bytes.len() + (64 << 20);
-            assert!(peak <= budget, "{}: {peak} bytes for a file of {}", path.display(), bytes.len());
+            assert!(
+                peak <= budget,
+                "{}: {peak} bytes for a file of {}",
+                path.display(),
+                bytes.len()
+            );
         });
     }
 }

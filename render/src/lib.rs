@@ -5,7 +5,8 @@
 //!    through its points, dense enough for a five-degree highlight.
 //! 2. [`param`]: painted channels per groom point become [`param::VertexParams`], what the shaders read.
 //! 3. [`light`]: an environment map becomes a few SRBF lights.
-//! 4. [`gpu`]: upload of what changed, density volume, transmittance, strand shading, strand drawing, tone mapping.
+//! 4. [`gpu`]: upload of what changed, fragments of every strand, marks on the vertices that a pixel shows; for those, as far as they are
+//!    stale, transmittance and strand shading; then the fragments become colours, and the view is toned.
 //!
 //! [`optics`] is the float64 reference that the shaders are held against. It imports nothing of ours.
 

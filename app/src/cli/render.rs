@@ -71,7 +71,7 @@ pub(super) struct RenderArgs {
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum BackgroundName {
-    /// Nothing: black, transparent.
+    /// Nothing: black (an .exr keeps its coverage as alpha).
     Black,
     /// The environment.
     Env,
@@ -324,6 +324,8 @@ fn settings(args: &RenderArgs) -> RenderSettings {
             ViewName::Raw => ViewTransform::Raw,
         },
         show_background: args.background == BackgroundName::Env,
+        // A PNG is looked at: what is not covered is black there. An EXR keeps its alpha.
+        backdrop: [0.0, 0.0, 0.0, 1.0],
         ..RenderSettings::default()
     }
 }

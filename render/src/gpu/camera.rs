@@ -81,9 +81,14 @@ impl Camera {
 
     /// A three-quarter view that just holds the box between two corners, in a picture of `aspect` = width / height.
     pub fn framing(corners: (Vec3, Vec3), aspect: f32) -> Self {
+        Self::framing_from(corners, aspect, Vec3::new(0.5, 0.18, 0.85))
+    }
+
+    /// The same seen from the side that `towards_eye` points to.
+    pub fn framing_from(corners: (Vec3, Vec3), aspect: f32, towards_eye: Vec3) -> Self {
         let fov_y_rad = 35f32.to_radians();
         let target = 0.5 * (corners.0 + corners.1);
-        let at_unit = Self::look_at(target + Vec3::new(0.5, 0.18, 0.85), target, fov_y_rad);
+        let at_unit = Self::look_at(target + towards_eye, target, fov_y_rad);
         let [right, up, back] = [0, 1, 2].map(|axis| at_unit.world_from_camera.col(axis).truncate());
         let slope = (0.5 * fov_y_rad).tan();
         // Each corner wants its own distance to be just inside the picture; a margin of 4 % is left.

@@ -1,4 +1,4 @@
-//! The frame: what is stale is brought up to date, in the order of the crate's front page, then drawn.
+//! The frame: what is stale and seen is brought up to date, in the order of the crate's front page, then drawn.
 
 use std::ops::Range;
 use std::time::Instant;

@@ -218,7 +218,7 @@ impl HeadBuffers {
 }
 
 /// Diffuse reflectance of the head: a quiet grey, so that the hair is the only colourful thing.
-const HEAD_ALBEDO: f32 = 0.32;
+const HEAD_ALBEDO: f32 = 0.2;
 
 /// How far above the skin shadow rays start, voxels.
 const SHADOW_OFFSET: f32 = 0.5;
