@@ -1,7 +1,5 @@
 //! The command line, in process: exit codes, messages, and that painting by command equals painting by hand.
 
-#![allow(clippy::unwrap_used, reason = "a helper that fails fails its test")]
-
 use std::{fs, path::Path};
 
 use balayage::{

@@ -1,7 +1,5 @@
 //! Grooms: cleaning, arc length, hash, files in and out, real files.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests fail like tests")]
-
 use balayage_render::groom::{
     Groom, GroomBuilder, GroomError, LoadedGroom, MAX_COORDINATE, RefinedGroom, UnitSource, hair_bytes,
     parse_hair, parse_tfx, read_groom, tfx_bytes, write_groom,

@@ -1,7 +1,5 @@
 //! Damaged groom and mesh files: an error or something sound, never a panic.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests fail like tests")]
-
 use balayage_render::groom::{GroomError, LoadedGroom, Mesh, hair_bytes, parse_hair, parse_tfx, tfx_bytes};
 use balayage_tests::{damage, repository, test_data};
 

@@ -1,7 +1,5 @@
 //! Generated hair, and the bundled samples that it made.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests fail like tests")]
-
 use balayage_render::groom::{GeneratorSettings, Groom, HairStyle, Mesh, generate, read_groom, write_groom};
 use balayage_tests::{POISON, repository};
 use glam::Vec3;

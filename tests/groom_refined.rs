@@ -1,7 +1,5 @@
 //! The refined curve: spline, subdivision, frames.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests fail like tests")]
-
 use balayage_render::groom::{DEFAULT_MAX_TURN_RAD, Groom, RefinedGroom};
 use balayage_tests::{POISON, random, test_data};
 use glam::{Quat, Vec3};

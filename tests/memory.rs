@@ -1,5 +1,7 @@
 //! What readers allocate: never more than twice the file plus 64 MiB. A binary of its own, because the allocator counts for all threads.
 
+#![allow(clippy::unwrap_used, reason = "a helper that fails fails its test")]
+
 use balayage_render::groom::{GroomError, Mesh, hair_bytes, parse_hair, parse_tfx, read_groom, tfx_bytes};
 use balayage_render::image::Picture;
 use balayage_render::light::EnvironmentMap;

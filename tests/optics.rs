@@ -1,7 +1,5 @@
 //! Laws of the float64 optics: what must hold whatever the parameters are.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests fail like tests")]
-
 use std::f64::consts::{FRAC_PI_2, PI, SQRT_2};
 
 use balayage_render::optics::azimuthal::CrossSection;

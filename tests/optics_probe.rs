@@ -1,7 +1,5 @@
 //! `balayage probe`: the contract of its lines.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests fail like tests")]
-
 use balayage::cli::probe::{self, Arguments, Backend, Report};
 use serde_json::{Value, json};
 

@@ -1,7 +1,5 @@
 //! The float64 optics against numbers of others: a path tracer's scattering values and seeded oracle cases.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests fail like tests")]
-
 use std::fs;
 
 use balayage_render::optics::azimuthal::CrossSection;

@@ -1,7 +1,5 @@
 //! The laws of painting: incremental equals replay, undo is exact, a stroke does not depend on how it was drawn.
 
-#![allow(clippy::unwrap_used, reason = "a helper that fails fails its test")]
-
 use std::{path::PathBuf, sync::Arc};
 
 use balayage::{

@@ -1,7 +1,5 @@
 //! The project file: what is written comes back, nothing is lost, bad files are refused with their place.
 
-#![allow(clippy::unwrap_used, reason = "a helper that fails fails its test")]
-
 use std::{fs, io, path::Path};
 
 use balayage::{

@@ -175,7 +175,7 @@ fn samples() -> Vec<(&'static str, String)> {
         [1.8, 0.3],
         Vec3::new(0.6, 0.15, 0.8),
     );
-    balayage(&mut curly, &groom, [0.05, 0.5, 0.12], 0.014);
+    balayage(&mut curly, &groom, [0.05, 0.5, 0.12], 0.019);
     let (mut bob, groom) = natural("wavy-bob", BOB_LIGHT, [0.12, 0.05], BOB_VIEW);
     let teal = StrokeValue::Rgb([0.9, 0.08, 0.14]);
     let left = dabs(&groom, 0.03, |position, arc| arc > 0.55 && position.x > 0.0);

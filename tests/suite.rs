@@ -1,5 +1,7 @@
 //! Laws, parity, layout, images, painting, project and command line.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail like tests")]
+
 mod cli;
 mod frame;
 mod furnace;
