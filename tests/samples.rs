@@ -2,8 +2,6 @@
 //!
 //! `BALAYAGE_WRITE_SAMPLES=1 cargo test -p balayage-tests --test suite sample_projects` writes them anew.
 
-#![allow(clippy::unwrap_used, reason = "a helper that fails fails its test")]
-
 use std::{fs, path::Path};
 
 use balayage::{
