@@ -6,7 +6,10 @@ use balayage::{
     document::{Document, Edit, Layer},
     paint::StrokeFile,
 };
-use balayage_render::groom::{read_groom, write_groom};
+use balayage_render::{
+    groom::{read_groom, write_groom},
+    image::Picture,
+};
 use serde_json::Value;
 
 use crate::painting::tuft;
@@ -69,7 +72,7 @@ fn name(folder: &Path, file: &str) -> String {
 #[test]
 fn paint_equals_painting_by_edits() {
     let folder = folder();
-    let at = |file| name(folder.path(), file);
+    let at = |file: &str| name(folder.path(), file);
     let report = json(&[
         "paint",
         &at("tuft.hair"),
@@ -138,7 +141,7 @@ fn paint_equals_painting_by_edits() {
 #[test]
 fn check_tells_what_a_file_is() {
     let folder = folder();
-    let at = |file| name(folder.path(), file);
+    let at = |file: &str| name(folder.path(), file);
     balayage(&[
         "paint",
         &at("tuft.hair"),
@@ -169,7 +172,7 @@ fn check_tells_what_a_file_is() {
 #[test]
 fn bad_files_exit_with_1_and_name_file_place_and_remedy() {
     let folder = folder();
-    let at = |file| name(folder.path(), file);
+    let at = |file: &str| name(folder.path(), file);
     for (file, text, expected) in [
         ("a.json", "{\"version\": 1,\n \"operations\": 3}", "line 2"),
         ("b.json", "{}", "top level"),
@@ -262,7 +265,7 @@ fn wrong_usage_exits_with_2_and_help_with_0() {
 #[test]
 fn convert_keeps_the_strands() {
     let folder = folder();
-    let at = |file| name(folder.path(), file);
+    let at = |file: &str| name(folder.path(), file);
     json(&["convert", &at("tuft.hair"), &at("tuft.tfx")]);
     json(&["convert", &at("tuft.tfx"), &at("again.hair")]);
     let positions = |file: &str| {
@@ -274,4 +277,76 @@ fn convert_keeps_the_strands() {
     };
     assert_eq!(positions("tuft.hair"), positions("tuft.tfx"));
     assert_eq!(positions("tuft.hair"), positions("again.hair"));
+}
+
+/// A painted project renders to PNG and EXR; the EXR shows where the dye went, a turntable numbers its frames.
+#[test]
+fn render_writes_what_was_painted() {
+    let folder = folder();
+    let at = |file: &str| name(folder.path(), file);
+    // One dab that reaches everything.
+    let everywhere = STROKES
+        .replace("\"radius_m\": 0.06", "\"radius_m\": 9")
+        .replace("bleach", "eccentricity");
+    fs::write(folder.path().join("everywhere.json"), everywhere).unwrap();
+    json(&[
+        "paint",
+        &at("tuft.hair"),
+        "--strokes",
+        &at("everywhere.json"),
+        "-o",
+        &at("dyed.json"),
+        "--metres-per-unit",
+        "0.01",
+    ]);
+    let common = [
+        "--lights",
+        &at("lights.json"),
+        "--camera",
+        &at("camera.json"),
+        "--size",
+        "64x48",
+        "--samples",
+        "1",
+    ];
+    let render = |input: &str, output: &str, more: &[&str]| {
+        json(&[&["render", &at(input), "-o", &at(output)][..], &common, more].concat())
+    };
+    let blond = [
+        "--set",
+        "eumelanin=0.1",
+        "--set",
+        "diameter=0.3",
+        "--metres-per-unit",
+        "0.01",
+    ];
+    let report = render("dyed.json", "dyed.exr", &blond);
+    assert_eq!(report["lights"], 1);
+    assert!(
+        report["frames"][0]["passes_ms"]["strand shading"]
+            .as_f64()
+            .unwrap()
+            > 0.0
+    );
+    render("tuft.hair", "plain.exr", &blond);
+    let pixels = |file: &str| Picture::read_exr(&folder.path().join(file)).unwrap();
+    let (dyed, plain) = (pixels("dyed.exr"), pixels("plain.exr"));
+    assert_eq!((dyed.width, dyed.height), (64, 48));
+    assert_eq!(dyed.non_finite() + plain.non_finite(), 0);
+
+    // The dye absorbs blue and moves nothing.
+    let blue = |picture: &Picture| picture.pixels.iter().map(|p| f64::from(p[2])).sum::<f64>();
+    assert!(
+        blue(&dyed) < 0.8 * blue(&plain),
+        "{} {}",
+        blue(&dyed),
+        blue(&plain)
+    );
+    let coverage = |picture: &Picture| picture.pixels.iter().map(|p| p[3]).collect::<Vec<_>>();
+    assert!(coverage(&dyed) == coverage(&plain) && coverage(&plain).iter().any(|a| *a > 0.5));
+
+    let turn = render("dyed.json", "turn.png", &["--frames", "2-3", "--turntable", "4"]);
+    assert_eq!(turn["frames"].as_array().unwrap().len(), 2);
+    let frames = ["turn-0002.png", "turn-0003.png"].map(|file| fs::read(folder.path().join(file)).unwrap());
+    assert!(frames[0] != frames[1] && frames[0].starts_with(b"\x89PNG"));
 }

@@ -21,7 +21,7 @@ const SAMPLES: [(&str, HairStyle); 3] = [
 ];
 
 /// The samples of `projects/grooms` are what the generator makes of its own settings.
-/// `BALAYAGE_WRITE_SAMPLES=1 cargo test -p balayage-tests --test suite bundled_samples` writes them anew.
+/// `BALAYAGE_WRITE_SAMPLES=1 cargo test --workspace --test suite bundled_samples` writes them anew.
 #[test]
 fn bundled_samples_are_what_the_generator_makes() {
     let head = head();

@@ -1,6 +1,6 @@
 //! The sample projects and their strokes: what is bundled is what is made here from the sample grooms.
 //!
-//! `BALAYAGE_WRITE_SAMPLES=1 cargo test -p balayage-tests --test suite sample_projects` writes them anew.
+//! `BALAYAGE_WRITE_SAMPLES=1 cargo test --workspace --test suite sample_projects` writes them anew.
 
 use std::{fs, path::Path};
 
