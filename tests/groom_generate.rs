@@ -52,7 +52,7 @@ fn samples_are_light_enough_for_software_rendering() {
             .groom;
         let vertices = RefinedGroom::new(&groom, DEFAULT_MAX_TURN_RAD).point_count();
         assert!(
-            groom.point_count() <= 60_000 && vertices <= 285_000,
+            groom.point_count() <= 60_000 && vertices <= 270_000,
             "{name}: {} points, {vertices} vertices",
             groom.point_count()
         );
