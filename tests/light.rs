@@ -9,7 +9,7 @@ use balayage_render::light::{
     EnvironmentMap, Fit, FitError, FitSettings, GradientSky, HairKernel, HairProbe, LightSet, Objective,
     SrbfLight, fit, fit_lights, preview,
 };
-use balayage_tests::{POISON, random, repository, test_data};
+use balayage_tests::{POISON, damage, random, repository, test_data};
 use glam::{Quat, Vec3};
 use rand::Rng;
 
@@ -530,4 +530,28 @@ fn a_preview_shows_map_lights_and_difference() {
     assert!(panel(&same.rgb, 2).iter().all(|byte| byte.abs_diff(128) <= 1));
     let dark = preview(&map, &lights.exposed(-1.0));
     assert!(panel(&dark.rgb, 2).iter().all(|byte| *byte < 128));
+}
+
+#[test]
+fn damaged_light_lists_are_refused_or_sound() {
+    let text = three_lights().to_json();
+    let mut refused = 0;
+    damage(text.as_bytes(), 64, 5, |bytes| {
+        match LightSet::from_json(&String::from_utf8_lossy(bytes), Path::new("lights.json")) {
+            Ok(read) => assert!(
+                read.constant.is_finite()
+                    && read.lights.iter().all(|l| {
+                        l.direction.is_normalized()
+                            && l.bandwidth > 0.0
+                            && l.radiance.is_finite()
+                            && l.radiance.min_element() >= 0.0
+                    })
+            ),
+            Err(error) => {
+                assert!(error.to_string().starts_with("lights.json: "));
+                refused += 1;
+            }
+        }
+    });
+    assert!(refused > 100, "{refused} refused");
 }

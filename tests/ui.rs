@@ -84,13 +84,32 @@ fn bits(harness: &Harness<'_, Editor>) -> Vec<u32> {
     bytemuck::cast_slice(document(harness).params()).to_vec()
 }
 
-/// Open, paint by a drag, undo bit for bit, redo, save, reopen: the same document.
+/// What the viewport shows, the pointer elsewhere.
+fn picture(harness: &mut Harness<'_, Editor>) -> Vec<u8> {
+    harness.hover_at(egui::pos2(2.0, 2.0));
+    harness.step();
+    harness.step();
+    let viewport = harness.get_by_label("Viewport").rect();
+    let window = harness.render().unwrap();
+    let [x, y, width, height] = [
+        viewport.left(),
+        viewport.top(),
+        viewport.width(),
+        viewport.height(),
+    ];
+    image::imageops::crop_imm(&window, x as u32, y as u32, width as u32, height as u32)
+        .to_image()
+        .into_raw()
+}
+
+/// Open, paint by a drag, undo bit for bit, redo, save, reopen: the same document, the same picture.
 #[test]
 fn a_session_paints_undoes_saves_and_reopens() {
     let folder = tempfile::tempdir().unwrap();
     let path = project(folder.path());
     let mut harness = editor(&path);
     let clean = bits(&harness);
+    let clean_picture = picture(&mut harness);
     assert!(harness.query_by_label("Layers").is_some());
 
     let frames = harness.state().frames_shown();
@@ -106,9 +125,13 @@ fn a_session_paints_undoes_saves_and_reopens() {
     harness.step();
     assert!(bits(&harness) == clean);
     assert_eq!(harness.state().last_message(), Some("Undone: Paint dye"));
+    let frames = harness.state().frames_shown();
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Y);
     harness.step();
     assert!(bits(&harness) == painted);
+    settle(&mut harness, frames);
+    let painted_picture = picture(&mut harness);
+    assert!(painted_picture != clean_picture);
 
     // Save by key; what is opened again is the same document.
     assert!(document(&harness).is_modified());
@@ -121,9 +144,13 @@ fn a_session_paints_undoes_saves_and_reopens() {
     );
     let saved = document(&harness).project().clone();
     drop(harness);
-    let harness = editor(&path);
+    let mut harness = editor(&path);
     assert_eq!(*document(&harness).project(), saved);
     assert!(bits(&harness) == painted);
+    assert!(
+        picture(&mut harness) == painted_picture,
+        "another picture after reopening"
+    );
 
     // Replay without a window gives the same bits.
     let replayed = Document::open(&path, None).unwrap().document;

@@ -1,14 +1,8 @@
 // Path sums of one light at every listed point: what crosses the hair towards the point by forward scattering, how far it spreads, and how
 // much hair lies behind. Depends on geometry, lights and paint.
 //!use lib/volume.wgsl
+//!use lib/light_run.wgsl
 //!use lib/work_list.wgsl
-
-struct LightRun {
-    point_count: u32,
-    light: u32,              // index among all lights
-    first_record: u32,       // where this light's records begin in the batch
-    padding: u32,
-}
 
 @group(0) @binding(0) var<uniform> volume_grid: VolumeGrid;
 @group(0) @binding(1) var<storage, read> volume_bricks: array<u32>;

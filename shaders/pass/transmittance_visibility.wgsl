@@ -1,14 +1,8 @@
 // Visibility of one light at every listed point: T(w) = a + b . (w - A w_j), fitted to exp(-n) along the light's directions.
 // Depends on geometry and lights only.
 //!use lib/volume.wgsl
+//!use lib/light_run.wgsl
 //!use lib/work_list.wgsl
-
-struct LightRun {
-    point_count: u32,
-    light: u32,              // index among all lights
-    first_record: u32,       // where this light's records begin in the batch
-    padding: u32,
-}
 
 @group(0) @binding(0) var<uniform> volume_grid: VolumeGrid;
 @group(0) @binding(1) var<storage, read> volume_bricks: array<u32>;
@@ -21,7 +15,7 @@ struct LightRun {
 @group(0) @binding(8) var<storage, read_write> visibility: array<vec2u>; // 4 x f16: a, b (world space)
 @group(0) @binding(9) var<storage, read> work: WorkList;            // points to march from
 
-// Transmittances below e^-8 count as zero.
+// Transmittances below e^-6 count as zero.
 const N_MAX: f32 = 6.0;
 
 @compute @workgroup_size(64)

@@ -4,8 +4,9 @@ use bytemuck::{Pod, Zeroable};
 use wgpu::util::DeviceExt;
 
 use super::camera::CameraUniform;
+use super::kernel::with_module;
 use super::transmittance::Transmittance;
-use super::{Gpu, GpuError, Kernel, shader};
+use super::{Gpu, GpuError, Kernel};
 use crate::groom::Mesh;
 
 const COLOUR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -74,16 +75,6 @@ impl HeadPass {
     /// [`GpuError::Refused`].
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let path = "pass/head.wgsl";
-        let refused = |reason: String| GpuError::Refused {
-            what: format!("shaders/{path}"),
-            reason,
-        };
-        let text = shader::compose(path).map_err(refused)?;
-        let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some(path),
-            source: wgpu::ShaderSource::Wgsl(text.into()),
-        });
         let target = |format| {
             Some(wgpu::ColorTargetState {
                 format,
@@ -91,39 +82,37 @@ impl HeadPass {
                 write_mask: wgpu::ColorWrites::ALL,
             })
         };
-        let pipeline = gpu
-            .device
-            .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some(path),
-                layout: None,
-                vertex: wgpu::VertexState {
-                    module: &module,
-                    entry_point: Some("vertex"),
-                    compilation_options: Default::default(),
-                    buffers: &[],
-                },
-                primitive: wgpu::PrimitiveState::default(),
-                depth_stencil: Some(wgpu::DepthStencilState {
-                    format: Z_FORMAT,
-                    depth_write_enabled: Some(true),
-                    depth_compare: Some(wgpu::CompareFunction::Less),
-                    stencil: Default::default(),
-                    bias: Default::default(),
-                }),
-                multisample: wgpu::MultisampleState::default(),
-                fragment: Some(wgpu::FragmentState {
-                    module: &module,
-                    entry_point: Some("fragment"),
-                    compilation_options: Default::default(),
-                    targets: &[target(COLOUR_FORMAT), target(DEPTH_FORMAT)],
-                }),
-                multiview_mask: None,
-                cache: None,
-            });
-        match pollster::block_on(scope.pop()) {
-            Some(error) => Err(refused(error.to_string())),
-            None => Ok(Self { pipeline }),
-        }
+        let pipeline = with_module(gpu, path, |module| {
+            gpu.device
+                .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                    label: Some(path),
+                    layout: None,
+                    vertex: wgpu::VertexState {
+                        module,
+                        entry_point: Some("vertex"),
+                        compilation_options: Default::default(),
+                        buffers: &[],
+                    },
+                    primitive: wgpu::PrimitiveState::default(),
+                    depth_stencil: Some(wgpu::DepthStencilState {
+                        format: Z_FORMAT,
+                        depth_write_enabled: Some(true),
+                        depth_compare: Some(wgpu::CompareFunction::Less),
+                        stencil: Default::default(),
+                        bias: Default::default(),
+                    }),
+                    multisample: wgpu::MultisampleState::default(),
+                    fragment: Some(wgpu::FragmentState {
+                        module,
+                        entry_point: Some("fragment"),
+                        compilation_options: Default::default(),
+                        targets: &[target(COLOUR_FORMAT), target(DEPTH_FORMAT)],
+                    }),
+                    multiview_mask: None,
+                    cache: None,
+                })
+        })?;
+        Ok(Self { pipeline })
     }
 
     /// Clears the target and draws the mesh, if there is one, into it.

@@ -5,6 +5,32 @@ use super::{Gpu, GpuError, shader};
 /// Threads per group of every one-dimensional pass.
 pub const GROUP_SIZE: u32 = 64;
 
+/// Composes and compiles `shaders/<path>` and makes a pipeline of it.
+///
+/// # Errors
+/// [`GpuError::Refused`] with the compiler's message.
+pub(super) fn with_module<T>(
+    gpu: &Gpu,
+    path: &str,
+    pipeline: impl FnOnce(&wgpu::ShaderModule) -> T,
+) -> Result<T, GpuError> {
+    let refused = |reason: String| GpuError::Refused {
+        what: format!("shaders/{path}"),
+        reason,
+    };
+    let text = shader::compose(path).map_err(refused)?;
+    let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(path),
+        source: wgpu::ShaderSource::Wgsl(text.into()),
+    });
+    let made = pipeline(&module);
+    match pollster::block_on(scope.pop()) {
+        Some(error) => Err(refused(error.to_string())),
+        None => Ok(made),
+    }
+}
+
 /// A compiled compute pass with the bind group layout that its shader implies.
 pub struct Kernel {
     pipeline: wgpu::ComputePipeline,
@@ -17,36 +43,24 @@ impl Kernel {
     /// # Errors
     /// [`GpuError::Refused`] with the compiler's message.
     pub fn new(gpu: &Gpu, path: &str, constants: &[(&str, f64)]) -> Result<Self, GpuError> {
-        let refused = |reason: String| GpuError::Refused {
-            what: format!("shaders/{path}"),
-            reason,
-        };
-        let text = shader::compose(path).map_err(refused)?;
-        let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some(path),
-            source: wgpu::ShaderSource::Wgsl(text.into()),
-        });
-        let pipeline = gpu
-            .device
-            .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(path),
-                layout: None,
-                module: &module,
-                entry_point: Some("main"),
-                compilation_options: wgpu::PipelineCompilationOptions {
-                    constants,
-                    ..Default::default()
-                },
-                cache: None,
-            });
-        match pollster::block_on(scope.pop()) {
-            Some(error) => Err(refused(error.to_string())),
-            None => Ok(Self {
-                pipeline,
-                label: path.to_owned(),
-            }),
-        }
+        let pipeline = with_module(gpu, path, |module| {
+            gpu.device
+                .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                    label: Some(path),
+                    layout: None,
+                    module,
+                    entry_point: Some("main"),
+                    compilation_options: wgpu::PipelineCompilationOptions {
+                        constants,
+                        ..Default::default()
+                    },
+                    cache: None,
+                })
+        })?;
+        Ok(Self {
+            pipeline,
+            label: path.to_owned(),
+        })
     }
 
     /// Binds whole buffers of group 0 by binding number.

@@ -4,27 +4,7 @@ use std::mem::offset_of;
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{Gpu, GpuError, Kernel, tables::scattering_tables};
-
-/// How the single-scattering integral is evaluated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Scheme {
-    /// Gauss nodes in theta_i and gamma with closed-form light integrals.
-    #[default]
-    Nodes,
-}
-
-/// Number of nodes of the `nodes` scheme; the value of the shaders' constant `quality`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Quality {
-    /// For interaction on slow devices.
-    Draft = 0,
-    /// The default.
-    #[default]
-    Standard = 1,
-    /// For final pictures.
-    High = 2,
-}
+use super::{Gpu, GpuError, Kernel, Quality, tables::scattering_tables};
 
 /// One point at which the model is evaluated. Angles in radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -194,14 +174,8 @@ const CHUNK: usize = 1 << 17;
 ///
 /// # Errors
 /// [`GpuError`] when the shader is refused, the cases exceed a buffer, or the device is lost.
-pub fn run(
-    gpu: &Gpu,
-    cases: &[ProbeCase],
-    quality: Quality,
-    scheme: Scheme,
-) -> Result<Vec<ProbeResult>, GpuError> {
-    let Scheme::Nodes = scheme;
-    let kernel = Kernel::new(gpu, "pass/probe.wgsl", &[("quality", f64::from(quality as u8))])?;
+pub fn run(gpu: &Gpu, cases: &[ProbeCase], quality: Quality) -> Result<Vec<ProbeResult>, GpuError> {
+    let kernel = Kernel::new(gpu, "pass/probe.wgsl", &[("quality", quality.level())])?;
     let tables = gpu.storage_of("scattering tables", &scattering_tables())?;
     let mut results = Vec::with_capacity(cases.len());
     for chunk in cases.chunks(CHUNK) {

@@ -24,6 +24,13 @@ pub enum Quality {
     High,
 }
 
+impl Quality {
+    /// The value of the shaders' constant `quality` (`shaders/lib/quality.wgsl`).
+    pub(super) fn level(self) -> f64 {
+        f64::from(self as u8)
+    }
+}
+
 /// How light that has crossed other fibres is added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -253,7 +260,7 @@ impl ShadeKernels {
         } else {
             Quality::Draft
         };
-        let level = |quality: Quality| [("quality", f64::from(quality as u32))];
+        let level = |quality: Quality| [("quality", quality.level())];
         Ok(Self {
             single: Kernel::new(gpu, "pass/shade.wgsl", &level(quality))?,
             multiple: Kernel::new(gpu, "pass/shade_multiple.wgsl", &level(multiple))?,

@@ -53,6 +53,10 @@ pub const SOURCES: &[(&str, &str)] = &[
     ),
     source("lib/light.wgsl", include_str!("../../../shaders/lib/light.wgsl")),
     source(
+        "lib/light_run.wgsl",
+        include_str!("../../../shaders/lib/light_run.wgsl"),
+    ),
+    source(
         "lib/lobe_light.wgsl",
         include_str!("../../../shaders/lib/lobe_light.wgsl"),
     ),
