@@ -1,5 +1,6 @@
 //! What a person is told when an input is refused.
 
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 /// An input that was refused: where, why, and what to do about it.
@@ -14,6 +15,19 @@ pub struct Problem {
     pub reason: String,
     /// What to do.
     pub remedy: String,
+}
+
+/// Refuses a number outside `range`, NaN and infinities included.
+pub(crate) fn within(place: &str, x: f32, range: RangeInclusive<f32>) -> Result<(), Problem> {
+    if range.contains(&x) {
+        return Ok(());
+    }
+    let (low, high) = range.into_inner();
+    Err(Problem::at(
+        place,
+        format!("{x} is out of range"),
+        format!("give a number from {low} to {high}"),
+    ))
 }
 
 fn prefix(part: &str) -> String {

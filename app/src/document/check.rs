@@ -1,26 +1,14 @@
 //! What a project may hold: every number finite and in its range, every name unique.
 
-use std::ops::RangeInclusive;
-
 use glam::Mat3;
 
 use super::project::{
     CameraPose, Environment, HairSettings, Layer, LightSettings, MAX_LAYERS, PROJECT_VERSION, Project,
 };
-use crate::{Problem, paint};
-
-/// Refuses a number outside `range`, NaN and infinities included.
-fn within(place: &str, x: f32, range: RangeInclusive<f32>) -> Result<(), Problem> {
-    if range.contains(&x) {
-        return Ok(());
-    }
-    let (low, high) = range.into_inner();
-    Err(Problem::at(
-        place,
-        format!("{x} is out of range"),
-        format!("give a number from {low} to {high}"),
-    ))
-}
+use crate::{
+    paint,
+    problem::{Problem, within},
+};
 
 /// Checks a whole project.
 pub(super) fn check_project(project: &Project) -> Result<(), Problem> {

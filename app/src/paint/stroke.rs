@@ -3,7 +3,7 @@
 use balayage_render::param::Channel;
 use serde::{Deserialize, Serialize};
 
-use crate::Problem;
+use crate::problem::{Problem, within};
 
 /// Fields that this version does not know; kept over a save.
 pub type Extra = serde_json::Map<String, serde_json::Value>;
@@ -229,19 +229,6 @@ fn prefixed(prefix: &str, problem: Problem) -> Problem {
         place: format!("{prefix}.{}", problem.place),
         ..problem
     }
-}
-
-/// Refuses a number outside `range`, NaN and infinities included.
-fn within(place: &str, x: f32, range: std::ops::RangeInclusive<f32>) -> Result<(), Problem> {
-    if range.contains(&x) {
-        return Ok(());
-    }
-    let (low, high) = range.into_inner();
-    Err(Problem::at(
-        place,
-        format!("{x} is out of range"),
-        format!("give a number from {low} to {high}"),
-    ))
 }
 
 impl Operation {
