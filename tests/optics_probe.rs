@@ -1,5 +1,6 @@
 //! `balayage probe`: the contract of its lines.
 
+use balayage::cli::method_options::MethodOptions;
 use balayage::cli::probe::{self, Arguments, Backend, Report};
 use serde_json::{Value, json};
 
@@ -17,6 +18,7 @@ fn probe(lines: &str) -> (Vec<Value>, Report) {
     let mut out = Vec::new();
     let arguments = Arguments {
         backend: Backend::Reference,
+        method: MethodOptions::default(),
     };
     let report = probe::run(&arguments, lines.as_bytes(), &mut out).unwrap();
     let text = String::from_utf8(out).unwrap();

@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use balayage_render::gpu::probe::{self, ProbeCase, ProbeResult};
-use balayage_render::gpu::{Gpu, Quality};
+use balayage_render::gpu::{Gpu, Method, Quality};
 use balayage_render::optics::{self, Direction, Fibre, SrbfLight};
 use balayage_tests::random;
 use rand::Rng;
@@ -65,7 +65,7 @@ fn fibre(c: &ProbeCase) -> Fibre {
 
 fn answers(cases: &[ProbeCase], quality: Quality) -> Vec<ProbeResult> {
     let gpu = Gpu::headless().unwrap();
-    probe::run(&gpu, cases, quality).unwrap()
+    probe::run(&gpu, cases, &Method::of_quality(quality)).unwrap()
 }
 
 /// Root mean square error over root mean square reference; panics on values that are no numbers.

@@ -1,11 +1,9 @@
 //! Shader texts: every composed pass is valid WGSL, host and shader agree on layouts and constants. No GPU needed.
 
-use std::collections::BTreeSet;
 use std::mem::offset_of;
 
 use balayage_render::gpu::{probe, shader, tables};
 use balayage_render::param::VertexParams;
-use balayage_tests::repository;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
 fn validated(text: &str) -> Result<naga::Module, String> {
@@ -17,7 +15,7 @@ fn validated(text: &str) -> Result<naga::Module, String> {
 }
 
 fn composed(path: &str) -> naga::Module {
-    let text = shader::compose(path).unwrap();
+    let text = shader::compose(path, &[]).unwrap();
     validated(&text).unwrap_or_else(|e| panic!("shaders/{path}: {e}"))
 }
 
@@ -36,24 +34,9 @@ fn every_pass_is_valid_wgsl() {
         );
     }
     // The check can fail: a type error in a composed pass is found.
-    let broken = shader::compose("pass/probe.wgsl").unwrap() + "fn broken() -> f32 { return vec2f(1.0); }";
+    let broken =
+        shader::compose("pass/probe.wgsl", &[]).unwrap() + "fn broken() -> f32 { return vec2f(1.0); }";
     assert!(validated(&broken).is_err());
-}
-
-#[test]
-fn every_file_is_part_of_the_product() {
-    let known: BTreeSet<String> = shader::SOURCES
-        .iter()
-        .map(|(path, _)| (*path).to_owned())
-        .collect();
-    let mut found = BTreeSet::new();
-    for folder in ["lib", "pass"] {
-        for entry in std::fs::read_dir(repository("shaders").join(folder)).unwrap() {
-            let name = entry.unwrap().file_name().into_string().unwrap();
-            found.insert(format!("{folder}/{name}"));
-        }
-    }
-    assert_eq!(found, known);
 }
 
 /// Offsets of a struct's members and its size, as the shader sees them.

@@ -9,6 +9,7 @@ mod edit;
 mod fit;
 mod hair_option;
 mod light_options;
+pub mod method_options;
 mod paint;
 pub mod probe;
 mod render;
@@ -172,7 +173,10 @@ fn open(
 /// Answers the cases of standard input; lines that were refused are counted and make the command fail.
 fn run_probe(args: &probe::Arguments, console: &mut Console<'_>) -> Result<(), CliError> {
     let mut out = BufWriter::new(console.stream());
-    let report = probe::run(args, io::stdin().lock(), &mut out)?;
+    let report = probe::run(args, io::stdin().lock(), &mut out).map_err(|error| match error {
+        probe::ProbeError::Stream(error) => CliError::Output(error),
+        probe::ProbeError::Gpu(error) => error.into(),
+    })?;
     drop(out);
     if report.refused > 0 {
         let text = format!(

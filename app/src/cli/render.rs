@@ -7,8 +7,8 @@ use std::{
 
 use balayage_render::{
     gpu::{
-        Camera, CameraFile, FrameReport, Gpu, Multiple, Quality, RenderSettings, Renderer, ShadeSettings,
-        Terms, ViewTransform,
+        Camera, CameraFile, FrameReport, Gpu, Multiple, RenderSettings, Renderer, ShadeSettings, Terms,
+        ViewTransform,
     },
     image::write_png,
 };
@@ -16,7 +16,9 @@ use clap::{Args, ValueEnum};
 use glam::Mat4;
 use serde_json::json;
 
-use super::{CliError, Console, hair_option::HairOption, light_options::LightOptions};
+use super::{
+    CliError, Console, hair_option::HairOption, light_options::LightOptions, method_options::MethodOptions,
+};
 use crate::{
     Problem,
     document::{CameraPose, Document, Edit, Lighting, check_camera, files},
@@ -52,9 +54,8 @@ pub(super) struct RenderArgs {
     /// Turns the camera round the hair; a full turn takes that many frames [default: the last of --frames].
     #[arg(long, value_name = "FRAMES", num_args = 0..=1, default_missing_value = "0", requires = "frames")]
     turntable: Option<u32>,
-    /// Accuracy of the light integrals.
-    #[arg(long, value_enum, default_value_t = QualityName::Standard)]
-    quality: QualityName,
+    #[command(flatten)]
+    method: MethodOptions,
     /// Which light is seen.
     #[arg(long, value_enum, default_value_t = TermsName::All)]
     terms: TermsName,
@@ -85,16 +86,6 @@ enum ViewName {
     Agx,
     /// Clipped.
     Raw,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum QualityName {
-    /// Fewest nodes.
-    Draft,
-    /// The default.
-    Standard,
-    /// For final pictures and comparisons.
-    High,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -301,11 +292,7 @@ fn scene(
 fn settings(args: &RenderArgs) -> RenderSettings {
     RenderSettings {
         shade: ShadeSettings {
-            quality: match args.quality {
-                QualityName::Draft => Quality::Draft,
-                QualityName::Standard => Quality::Standard,
-                QualityName::High => Quality::High,
-            },
+            method: args.method.method(),
             multiple: match args.multiple {
                 MultipleName::M2 => Multiple::M2,
                 MultipleName::Zinke2008 => Multiple::Zinke2008,

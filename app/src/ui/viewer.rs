@@ -302,11 +302,11 @@ impl Worker {
         match (effort, self.last) {
             (Effort::Touch, Some((_, last_size, quality))) => {
                 settings.interactive = true;
-                settings.shade.quality = quality;
+                settings.shade.method.quality = quality;
                 size = last_size;
             }
             (Effort::Quick, _) => {
-                settings.shade.quality = Quality::Draft;
+                settings.shade.method.quality = Quality::Draft;
                 settings.samples = 1;
                 size = size.map(|side| (side / DRAFT_SHARE).max(1));
             }
@@ -323,7 +323,7 @@ impl Worker {
         if !is_draft {
             self.last_full_ms = milliseconds;
         }
-        self.last = Some((view, size, settings.shade.quality));
+        self.last = Some((view, size, settings.shade.method.quality));
         let size = size.map(|side| side as usize);
         self.tell(ViewerEvent::Frame(Box::new(Frame {
             size,

@@ -82,7 +82,7 @@ impl HeadPass {
                 write_mask: wgpu::ColorWrites::ALL,
             })
         };
-        let pipeline = with_module(gpu, path, |module| {
+        let pipeline = with_module(gpu, path, &[], |module| {
             gpu.device
                 .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
                     label: Some(path),

@@ -1,6 +1,6 @@
 //! A compute pass: one WGSL file in `shaders/pass/`, its pipeline and its bindings.
 
-use super::{Gpu, GpuError, shader};
+use super::{Gpu, GpuError, Method, shader};
 
 /// Threads per group of every one-dimensional pass.
 pub const GROUP_SIZE: u32 = 64;
@@ -12,13 +12,14 @@ pub const GROUP_SIZE: u32 = 64;
 pub(super) fn with_module<T>(
     gpu: &Gpu,
     path: &str,
+    instead: &[(&str, &str)],
     pipeline: impl FnOnce(&wgpu::ShaderModule) -> T,
 ) -> Result<T, GpuError> {
     let refused = |reason: String| GpuError::Refused {
         what: format!("shaders/{path}"),
         reason,
     };
-    let text = shader::compose(path).map_err(refused)?;
+    let text = shader::compose(path, instead).map_err(refused)?;
     let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
     let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some(path),
@@ -43,7 +44,24 @@ impl Kernel {
     /// # Errors
     /// [`GpuError::Refused`] with the compiler's message.
     pub fn new(gpu: &Gpu, path: &str, constants: &[(&str, f64)]) -> Result<Self, GpuError> {
-        let pipeline = with_module(gpu, path, |module| {
+        Self::composed(gpu, path, &[], constants)
+    }
+
+    /// Compiles a pass that scatters, with the files of `method`.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`] with the compiler's message.
+    pub fn scattering(gpu: &Gpu, path: &str, method: &Method) -> Result<Self, GpuError> {
+        Self::composed(gpu, path, method.files(), &method.constants())
+    }
+
+    fn composed(
+        gpu: &Gpu,
+        path: &str,
+        instead: &[(&str, &str)],
+        constants: &[(&str, f64)],
+    ) -> Result<Self, GpuError> {
+        let pipeline = with_module(gpu, path, instead, |module| {
             gpu.device
                 .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                     label: Some(path),

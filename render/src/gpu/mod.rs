@@ -6,6 +6,7 @@ mod frame;
 pub mod head;
 mod kernel;
 mod lights;
+mod method;
 pub mod probe;
 pub mod raster;
 mod shade;
@@ -20,7 +21,8 @@ pub use camera::{Camera, CameraFile};
 pub use device::{Gpu, GpuError};
 pub use frame::{FrameReport, Pick, PickMap, RenderSettings, Renderer};
 pub use kernel::{GROUP_SIZE, Kernel, fold_groups};
-pub use shade::{Multiple, Quality, ShadeSettings, Terms};
+pub use method::{Method, Model, Quality, Scheme};
+pub use shade::{Multiple, ShadeSettings, Terms};
 pub use transmittance::{
     AVERAGES_ENTRIES, LightBatch, MeanFibre, PATH_BYTES, Transmittance, TransmittanceReport,
     VISIBILITY_BYTES, VolumeReport,

@@ -4,7 +4,7 @@ use std::mem::offset_of;
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{Gpu, GpuError, Kernel, Quality, tables::scattering_tables};
+use super::{Gpu, GpuError, Kernel, Method, tables::scattering_tables};
 
 /// One point at which the model is evaluated. Angles in radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -174,8 +174,8 @@ const CHUNK: usize = 1 << 17;
 ///
 /// # Errors
 /// [`GpuError`] when the shader is refused, the cases exceed a buffer, or the device is lost.
-pub fn run(gpu: &Gpu, cases: &[ProbeCase], quality: Quality) -> Result<Vec<ProbeResult>, GpuError> {
-    let kernel = Kernel::new(gpu, "pass/probe.wgsl", &[("quality", quality.level())])?;
+pub fn run(gpu: &Gpu, cases: &[ProbeCase], method: &Method) -> Result<Vec<ProbeResult>, GpuError> {
+    let kernel = Kernel::scattering(gpu, "pass/probe.wgsl", method)?;
     let tables = gpu.storage_of("scattering tables", &scattering_tables())?;
     let mut results = Vec::with_capacity(cases.len());
     for chunk in cases.chunks(CHUNK) {

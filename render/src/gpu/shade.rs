@@ -8,28 +8,8 @@ use super::strands::StrandBuffers;
 use super::tables::scattering_tables;
 use super::transmittance::{LightBatch, Transmittance};
 use super::work_list::Lister;
-use super::{Gpu, GpuError, Kernel};
+use super::{Gpu, GpuError, Kernel, Method, Quality};
 use crate::param::LobeRatios;
-
-/// How finely the integrals of single scattering are evaluated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Quality {
-    /// Fewest nodes: while something moves.
-    Draft,
-    /// The default.
-    #[default]
-    Standard,
-    /// For final pictures and for checking.
-    High,
-}
-
-impl Quality {
-    /// The value of the shaders' constant `quality` (`shaders/lib/quality.wgsl`).
-    pub(super) fn level(self) -> f64 {
-        f64::from(self as u8)
-    }
-}
 
 /// How light that has crossed other fibres is added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -62,8 +42,8 @@ impl Terms {
 /// What light does in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ShadeSettings {
-    /// Accuracy of the integrals.
-    pub quality: Quality,
+    /// Model, scheme and quality of single scattering.
+    pub method: Method,
     /// Multiple scattering.
     pub multiple: Multiple,
     /// Terms that are added up.
@@ -73,7 +53,7 @@ pub struct ShadeSettings {
 impl Default for ShadeSettings {
     fn default() -> Self {
         Self {
-            quality: Quality::Standard,
+            method: Method::default(),
             multiple: Multiple::M2,
             terms: Terms::ALL,
         }
@@ -117,9 +97,9 @@ pub struct ShadeInputs<'a> {
     pub ratios: LobeRatios,
 }
 
-/// The two passes, compiled for the quality that was used last.
+/// The two passes, compiled for the method that was used last.
 pub struct ShadePass {
-    kernels: Option<(Quality, ShadeKernels)>,
+    kernels: Option<(Method, ShadeKernels)>,
     lister: Lister,
     sum: Kernel,
     tables: wgpu::Buffer,
@@ -189,10 +169,10 @@ impl ShadePass {
 
         let tables = &self.tables;
         let kernels = match &mut self.kernels {
-            Some((quality, kernels)) if *quality == settings.quality => kernels,
+            Some((method, kernels)) if *method == settings.method => kernels,
             stale => {
                 &mut stale
-                    .insert((settings.quality, ShadeKernels::new(gpu, settings.quality)?))
+                    .insert((settings.method, ShadeKernels::new(gpu, settings.method)?))
                     .1
             }
         };
@@ -253,17 +233,15 @@ impl ShadePass {
 }
 
 impl ShadeKernels {
-    fn new(gpu: &Gpu, quality: Quality) -> Result<Self, GpuError> {
+    fn new(gpu: &Gpu, method: Method) -> Result<Self, GpuError> {
         // Multiple scattering is an approximation of some percent: only pictures to compare with want its integrals finer.
-        let multiple = if quality == Quality::High {
-            Quality::Standard
-        } else {
-            Quality::Draft
+        let quality = match method.quality {
+            Quality::High => Quality::Standard,
+            Quality::Draft | Quality::Standard => Quality::Draft,
         };
-        let level = |quality: Quality| [("quality", quality.level())];
         Ok(Self {
-            single: Kernel::new(gpu, "pass/shade.wgsl", &level(quality))?,
-            multiple: Kernel::new(gpu, "pass/shade_multiple.wgsl", &level(multiple))?,
+            single: Kernel::scattering(gpu, "pass/shade.wgsl", &method)?,
+            multiple: Kernel::scattering(gpu, "pass/shade_multiple.wgsl", &Method { quality, ..method })?,
         })
     }
 }

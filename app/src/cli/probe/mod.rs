@@ -1,24 +1,18 @@
 //! `balayage probe`: the scattering model at single points, JSON lines in, JSON lines out, so that anyone can check it.
 
+mod gpu;
+mod reference;
+
 use std::io::{self, BufRead, Write};
 
-use balayage_render::optics::dual::Backward;
-use balayage_render::optics::{
-    Direction, Fibre, Lobes, OpticsError, Rgb, SrbfLight, deon, global_scattering, kajiya_kay,
-    scattering_averages, single_scattering,
-};
+use balayage_render::gpu::{Gpu, GpuError};
+use balayage_render::optics::{Direction, Fibre, OpticsError, Rgb, SrbfLight};
 use clap::{Args, ValueEnum};
-use rayon::prelude::*;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
-/// Relative tolerance of every number of the reference; estimates are pessimistic, true errors are some 1e-8.
-const TOLERANCE: f64 = 1e-6;
-/// Orders p = 0 .. 3 of the model of d'Eon.
-const DEON_ORDERS: u32 = 4;
-/// Lines that are held and evaluated at a time.
-const BATCH: usize = 512;
+use super::method_options::MethodOptions;
 
 /// Options of `balayage probe`.
 #[derive(Args, Clone, Debug)]
@@ -26,6 +20,9 @@ pub struct Arguments {
     /// What evaluates the cases.
     #[arg(long, value_enum, default_value_t = Backend::Reference)]
     pub backend: Backend,
+    /// How the GPU integrates.
+    #[command(flatten)]
+    pub method: MethodOptions,
 }
 
 /// What evaluates the cases.
@@ -33,6 +30,8 @@ pub struct Arguments {
 pub enum Backend {
     /// Numerical integration in float64.
     Reference,
+    /// The shaders that draw the picture, in float32.
+    Gpu,
 }
 
 /// What a run came to.
@@ -118,11 +117,49 @@ pub struct KajiyaKayCase {
     pub lambda_j: f64,
 }
 
+/// What answers a batch of cases, each on its own.
+trait Evaluator {
+    /// Cases that are held and evaluated at a time.
+    const BATCH: usize;
+
+    /// The answer to each case, without its id, or why there is none.
+    fn evaluate(&self, cases: &[Case]) -> Result<Vec<Result<Value, String>>, GpuError>;
+}
+
+/// Why a run ended early.
+#[derive(Debug, thiserror::Error)]
+pub enum ProbeError {
+    /// The cases could not be read or the answers not written.
+    #[error(transparent)]
+    Stream(#[from] io::Error),
+    /// The GPU failed.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+}
+
 /// Answers every line of `input` by one line of `output`, in order; blank lines are passed over.
 ///
 /// # Errors
-/// Reading and writing only: a line that is not valid is answered by {"id", "error"} and counted.
-pub fn run(arguments: &Arguments, input: impl BufRead, output: &mut impl Write) -> io::Result<Report> {
+/// Reading, writing and the GPU: a line that is not valid is answered by {"id", "error"} and counted.
+pub fn run(
+    arguments: &Arguments,
+    input: impl BufRead,
+    output: &mut impl Write,
+) -> Result<Report, ProbeError> {
+    match arguments.backend {
+        Backend::Reference => answer_all(&reference::Reference, input, output),
+        Backend::Gpu => {
+            let gpu = gpu::OnGpu::new(Gpu::headless()?, arguments.method.method());
+            answer_all(&gpu, input, output)
+        }
+    }
+}
+
+fn answer_all<E: Evaluator>(
+    evaluator: &E,
+    input: impl BufRead,
+    output: &mut impl Write,
+) -> Result<Report, ProbeError> {
     let mut report = Report::default();
     let mut lines = input.split(b'\n').enumerate();
     loop {
@@ -130,38 +167,44 @@ pub fn run(arguments: &Arguments, input: impl BufRead, output: &mut impl Write) 
             .by_ref()
             .map(|(index, line)| line.map(|line| (index + 1, line)))
             .filter(|line| !matches!(line, Ok((_, line)) if line.trim_ascii().is_empty()))
-            .take(BATCH)
+            .take(E::BATCH)
             .collect::<io::Result<_>>()?;
         if batch.is_empty() {
             output.flush()?;
             return Ok(report);
         }
-        let answers: Vec<Result<Value, Value>> = batch
-            .par_iter()
-            .map(|(number, line)| answer(arguments.backend, *number, line))
-            .collect();
-        for answer in answers {
+        let parsed: Vec<(Value, Result<Case, String>)> =
+            batch.iter().map(|(_, line)| parse_line(line)).collect();
+        let cases: Vec<Case> = parsed.iter().filter_map(|(_, case)| case.clone().ok()).collect();
+        let mut answers = evaluator.evaluate(&cases)?.into_iter();
+        for ((number, _), (id, case)) in batch.iter().zip(parsed) {
+            // As many answers as cases, in their order.
+            let answer = case.and_then(|_| answers.next().unwrap_or_else(|| Err("no answer".to_owned())));
+            let line = match answer {
+                Ok(mut answer) => {
+                    answer["id"] = id;
+                    answer
+                }
+                Err(reason) => {
+                    report.refused += 1;
+                    json!({"id": id, "error": format!("line {number}: {reason}")})
+                }
+            };
             report.lines += 1;
-            report.refused += usize::from(answer.is_err());
-            let (Ok(line) | Err(line)) = answer;
             writeln!(output, "{line}")?;
         }
     }
 }
 
-/// The line that answers line `number`: results, or on the other side the error.
-fn answer(backend: Backend, number: usize, line: &[u8]) -> Result<Value, Value> {
-    let fail = |id: &Value, reason: String| json!({"id": id, "error": format!("line {number}: {reason}")});
-    let value: Value = serde_json::from_slice(line)
-        .map_err(|error| fail(&Value::Null, format!("not JSON: {error}; send one object a line")))?;
-    let id = value.get("id").cloned().unwrap_or(Value::Null);
-    let case = parse(value).map_err(|reason| fail(&id, reason))?;
-    let mut result = match backend {
-        Backend::Reference => evaluate_reference(&case),
+/// A line's id (null if it has none) and the case that it describes.
+fn parse_line(line: &[u8]) -> (Value, Result<Case, String>) {
+    match serde_json::from_slice::<Value>(line) {
+        Ok(value) => (value.get("id").cloned().unwrap_or(Value::Null), parse(value)),
+        Err(error) => (
+            Value::Null,
+            Err(format!("not JSON: {error}; send one object a line")),
+        ),
     }
-    .map_err(|reason| fail(&id, reason))?;
-    result["id"] = id;
-    Ok(result)
 }
 
 /// The case that a JSON object describes.
@@ -191,15 +234,6 @@ fn fields<T: DeserializeOwned>(value: Value) -> Result<T, String> {
     };
     let given = map.keys().cloned().collect::<Vec<_>>().join(", ");
     serde_json::from_value(value).map_err(|error| format!("{error} (fields given: {given})"))
-}
-
-/// The answer of the float64 reference.
-fn evaluate_reference(case: &Case) -> Result<Value, String> {
-    match case {
-        Case::Marschner(case) => marschner(case).map_err(|error| in_user_units(&error, &MARSCHNER_NAMES)),
-        Case::Deon(case) => deon_model(case).map_err(|error| in_user_units(&error, &DEON_NAMES)),
-        Case::KajiyaKay(case) => kajiya_kay_model(case).map_err(|error| error.to_string()),
-    }
 }
 
 /// The reference's name of a field, the probe's, and how many of the probe's units one of the reference's is.
@@ -243,84 +277,35 @@ fn in_user_units(error: &OpticsError, names: &[FieldName]) -> String {
     error.to_string()
 }
 
-/// Marschner's model: single and global scattering, averages.
-fn marschner(case: &MarschnerCase) -> Result<Value, OpticsError> {
-    let fibre = Fibre {
-        eta: case.eta,
-        eccentricity: case.eccentricity,
-        sigma_a: case.sigma_a,
-        alpha: case.alpha_deg.map(f64::to_radians),
-        beta: case.beta_deg.map(f64::to_radians),
-        azimuthal_width: case.azimuthal_width,
-    };
-    let view = Direction {
-        theta: case.theta_o,
-        phi: case.phi_o,
-    };
-    let centre = Direction {
-        theta: case.theta_j,
-        phi: case.phi_j,
-    };
-    fibre.check()?;
-    let light = SrbfLight::new(centre, case.lambda_j)?;
-    let single = single_scattering(&fibre, view, &light, TOLERANCE)?;
-    let global = global_scattering(&fibre, view, centre, case.sigma_f, TOLERANCE)?;
-    let averages = scattering_averages(&fibre, case.theta_j, TOLERANCE)?;
-    Ok(json!({
-        "single": lobes(&single),
-        "global": lobes(&global),
-        "a_f": averages.a_f,
-        "a_b": averages.a_b,
-        "A_b": Backward::of(&averages).a_b_adding,
-    }))
-}
+impl MarschnerCase {
+    /// The fibre, checked.
+    fn fibre(&self) -> Result<Fibre, OpticsError> {
+        let fibre = Fibre {
+            eta: self.eta,
+            eccentricity: self.eccentricity,
+            sigma_a: self.sigma_a,
+            alpha: self.alpha_deg.map(f64::to_radians),
+            beta: self.beta_deg.map(f64::to_radians),
+            azimuthal_width: self.azimuthal_width,
+        };
+        fibre.check()?;
+        Ok(fibre)
+    }
 
-/// Lobes by name.
-fn lobes(lobes: &Lobes) -> Value {
-    json!({"R": lobes.r, "TT": lobes.tt, "TRT": lobes.trt})
-}
-
-/// d'Eon's model: single scattering per order.
-fn deon_model(case: &DeonCase) -> Result<Value, OpticsError> {
-    let fibre = Fibre {
-        eta: case.eta,
-        eccentricity: 1.0,
-        sigma_a: case.sigma_a,
-        alpha: case.alpha_deg.map(f64::to_radians),
-        beta: [0.5 * case.deon_beta_long; 3],
-        azimuthal_width: std::f64::consts::SQRT_2 * case.deon_beta_azimuth,
-    };
-    let view = Direction {
-        theta: case.theta_o,
-        phi: case.phi_o,
-    };
-    fibre.check()?;
-    let light = SrbfLight::new(
+    /// Where the view is.
+    fn view(&self) -> Direction {
         Direction {
-            theta: case.theta_j,
-            phi: case.phi_j,
-        },
-        case.lambda_j,
-    )?;
-    let orders = deon::single_scattering(&fibre, view, &light, DEON_ORDERS, TOLERANCE)?;
-    let by_order: serde_json::Map<String, Value> = orders
-        .iter()
-        .enumerate()
-        .map(|(p, s)| (p.to_string(), json!(s)))
-        .collect();
-    Ok(json!({ "single": by_order }))
-}
+            theta: self.theta_o,
+            phi: self.phi_o,
+        }
+    }
 
-/// Kajiya and Kay's diffuse term with K_d = 1, the same in every channel.
-fn kajiya_kay_model(case: &KajiyaKayCase) -> Result<Value, OpticsError> {
-    let light = SrbfLight::new(
-        Direction {
-            theta: case.theta_j,
-            phi: 0.0,
-        },
-        case.lambda_j,
-    )?;
-    let diffuse = kajiya_kay::diffuse(&light, TOLERANCE)?;
-    let channels: Rgb = [diffuse; 3];
-    Ok(json!({ "diffuse": channels }))
+    /// The light, checked.
+    fn light(&self) -> Result<SrbfLight, OpticsError> {
+        let centre = Direction {
+            theta: self.theta_j,
+            phi: self.phi_j,
+        };
+        SrbfLight::new(centre, self.lambda_j)
+    }
 }
