@@ -1,17 +1,8 @@
 //!use lib/single.wgsl
 //!use lib/global.wgsl
 //!use lib/averages.wgsl
+//!use lib/probe_case.wgsl
 // The scattering functions at single points: one thread per case.
-
-struct ProbeCase {
-    fibre: Fibre,
-    theta_o: f32,
-    phi_o: f32,
-    theta_j: f32,
-    phi_j: f32,
-    lambda_j: f32,
-    sigma_f: f32,
-}
 
 struct ProbeResult {
     single: Lobes,

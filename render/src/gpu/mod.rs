@@ -7,6 +7,7 @@ pub mod head;
 mod kernel;
 mod lights;
 mod method;
+pub mod operations;
 pub mod probe;
 pub mod raster;
 mod shade;
