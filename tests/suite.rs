@@ -16,6 +16,7 @@ mod optics;
 mod optics_probe;
 mod optics_reference;
 mod painting;
+mod parity;
 mod pathtraced;
 mod project;
 mod raster;

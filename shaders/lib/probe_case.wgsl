@@ -1,5 +1,5 @@
 //!use lib/fibre.wgsl
-// One point at which the scattering functions are evaluated (Rust: gpu::probe::GpuCase).
+// One point at which the model is evaluated (Rust: gpu::probe::ProbeCase). Radians.
 
 struct ProbeCase {
     fibre: Fibre,

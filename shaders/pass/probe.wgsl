@@ -1,4 +1,5 @@
 //!use lib/single.wgsl
+//!use lib/probe_case.wgsl
 //!use lib/global.wgsl
 //!use lib/averages.wgsl
 //!use lib/probe_case.wgsl

@@ -2,6 +2,7 @@
 //!
 //! Exit codes: 0 done, 1 input refused, 2 usage, 3 no usable GPU adapter.
 
+mod bench;
 mod check;
 mod console;
 mod convert;
@@ -59,6 +60,8 @@ enum Command {
     Fit(fit::FitArgs),
     /// Convert between groom formats.
     Convert(convert::ConvertArgs),
+    /// Measure run time against error: tables, pages and plots.
+    Bench(bench::BenchArgs),
     /// Evaluate the scattering model at single points: JSON lines in, JSON lines out.
     Probe(probe::Arguments),
 }
@@ -143,6 +146,7 @@ pub fn run<A: Into<OsString> + Clone>(
         Command::Check(args) => check::run(args, &mut console),
         Command::Fit(args) => fit::run(args, &mut console),
         Command::Convert(args) => convert::run(args, &mut console),
+        Command::Bench(args) => bench::run(args, &mut console),
         Command::Probe(args) => run_probe(args, &mut console),
     };
     match result {

@@ -1,5 +1,6 @@
 //! Device, passes and the frame. The only module besides the viewport that knows wgpu.
 
+pub mod bench;
 pub mod camera;
 mod device;
 mod frame;
@@ -9,6 +10,7 @@ mod lights;
 mod method;
 pub mod operations;
 pub mod probe;
+pub mod probe_cases;
 pub mod raster;
 mod shade;
 pub mod shader;
