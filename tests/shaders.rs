@@ -121,6 +121,10 @@ fn table_constants_agree_with_the_host() {
         ("FRESNEL_STEPS", tables::FRESNEL_STEPS as f64),
         ("FRESNEL_ETA_MAX", tables::FRESNEL_ETA_MAX),
         ("FRESNEL_OFFSET", tables::FRESNEL_OFFSET as f64),
+        ("XU_ETA_STEPS", tables::XU_ETA_STEPS as f64),
+        ("XU_ETA_MAX", tables::XU_ETA_MAX),
+        ("XU_THETA_STEPS", tables::XU_THETA_STEPS as f64),
+        ("XU_OFFSET", tables::XU_OFFSET as f64),
     ];
     for (name, value) in expected {
         assert_eq!(constant(&module, name), value, "{name}");

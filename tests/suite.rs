@@ -22,5 +22,6 @@ mod project;
 mod raster;
 mod samples;
 mod scattering;
+mod schemes;
 mod shaders;
 mod volume;

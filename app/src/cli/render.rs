@@ -169,7 +169,7 @@ pub(super) fn run(args: &RenderArgs, console: &mut Console<'_>) -> Result<(), Cl
     let gpu = Gpu::headless()?;
     let lighting = load_light(&document, console)?;
     let mut renderer = scene(&gpu, &document, &lighting, args.background == BackgroundName::Env)?;
-    let settings = settings(args);
+    let settings = settings(args, &document);
 
     // One picture, or one for every frame of the turntable.
     let mut pictures = Vec::new();
@@ -289,10 +289,10 @@ fn scene(
     Ok(renderer)
 }
 
-fn settings(args: &RenderArgs) -> RenderSettings {
+fn settings(args: &RenderArgs, document: &Document) -> RenderSettings {
     RenderSettings {
         shade: ShadeSettings {
-            method: args.method.method(),
+            method: args.method.method(document.project().hair.scheme),
             multiple: match args.multiple {
                 MultipleName::M2 => Multiple::M2,
                 MultipleName::Zinke2008 => Multiple::Zinke2008,

@@ -82,7 +82,11 @@ impl Kernel {
     /// # Errors
     /// [`GpuError::Refused`] with the compiler's message.
     pub fn scattering(gpu: &Gpu, path: &str, method: &Method) -> Result<Self, GpuError> {
-        Self::composed(gpu, path, method.files(), &method.constants())
+        let text = shader::compose(path, method.files()).map_err(|reason| GpuError::Refused {
+            what: format!("shaders/{path}"),
+            reason,
+        })?;
+        Self::composed(gpu, path, method.files(), &method.constants(&text))
     }
 
     fn composed(

@@ -213,7 +213,7 @@ pub fn operations(gpu: &Gpu, cases: &[ProbeCase], method: &Method) -> Result<Vec
         counts.extend(operations::run(
             gpu,
             &text,
-            &method.constants(),
+            &method.constants(&text),
             &inputs,
             chunk.len() as u32,
         )?);
