@@ -1,6 +1,7 @@
 //! The operation count: exact on a small shader whose operations are known, and within its budget on the scattering functions.
 
-use balayage_render::gpu::{Gpu, operations};
+use balayage_render::gpu::{Gpu, Method, Quality, operations, probe, probe_cases};
+use balayage_tests::random;
 
 /// Counts per thread: four, and by branch and loop more.
 const KNOWN: &str = "
@@ -40,4 +41,19 @@ fn operations_of_a_known_shader_are_counted_exactly() {
     let without = KNOWN.replace("operation_count", "other_name");
     let refused = operations::run(&gpu, &without, &[], &[&[0; 4]], 1);
     assert!(refused.is_err_and(|e| e.to_string().contains("operation_count")));
+}
+
+#[test]
+fn a_light_costs_at_most_what_the_published_method_costs() {
+    let gpu = Gpu::headless().unwrap();
+    let mut r = random(51);
+    let cases: Vec<_> = (0..2000).map(|_| probe_cases::hair(&mut r, false)).collect();
+    let counts = |quality| probe::operations(&gpu, &cases, &Method::of_quality(quality)).unwrap();
+    // 140 is the count of Xu 2011 with four segments.
+    let standard = counts(Quality::Standard);
+    let most = *standard.iter().max().unwrap();
+    assert!(most <= 140, "{most} operations");
+    // A lobe that gets no light is skipped; a circular fibre that gets some takes no fewer than its roots.
+    assert!(standard.iter().all(|count| *count > 2));
+    assert!(counts(Quality::High).iter().max().unwrap() > &most);
 }

@@ -27,14 +27,14 @@ fn trt_paths(r: Refraction, sigma_a: vec3f, kappa: f32, root: f32, half: vec2f, 
     var sum = vec3f(0.0);
     for (var k = 0u; k < count; k++) {
         let node = gamma_node(count, k);
-        let ray = ray_at(r, 2u, node.x, node.y);
+        let passage = passage_at(r, 2u, node.x, node.y);
         // A concentration limited by the footprint keeps the energy: density scales with its root.
-        let footprint = max(TRT_FOOTPRINT * node.w * ray.spread, 3e-3);
+        let footprint = max(TRT_FOOTPRINT * node.w * passage.spread, 3e-3);
         let scale = min(1.0, 1.0 / (footprint * root + 1e-6));
         let limited = scale * scale * kappa;
-        let even = across.x * ray.exit.x - 1.0;
-        let odd = across.y * ray.exit.y;
-        sum += node.z * ray.surface * scale * (exp(limited * (even + odd)) + exp(limited * (even - odd))) * absorbed(a, ray.cos_t);
+        let even = across.x * passage.exit.x - 1.0;
+        let odd = across.y * passage.exit.y;
+        sum += node.z * passage.surface * scale * (exp(limited * (even + odd)) + exp(limited * (even - odd))) * absorbed(a, passage.cos_t);
     }
     return sum;
 }

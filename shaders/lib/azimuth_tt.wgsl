@@ -35,10 +35,10 @@ fn azimuth_tt(r: Refraction, sigma_a: vec3f, kappa: f32, half: vec2f) -> vec3f {
     let count = tt_gamma_count();
     for (var k = 0u; k < count; k++) {
         let node = gamma_node(count, k);
-        let ray = ray_at(r, 1u, node.x, node.y);
-        let even = across.x * ray.exit.x - 1.0;
-        let odd = across.y * ray.exit.y;
-        sum += node.z * ray.surface * (exp(kappa * (even + odd)) + exp(kappa * (even - odd))) * absorbed(a, ray.cos_t);
+        let passage = passage_at(r, 1u, node.x, node.y);
+        let even = across.x * passage.exit.x - 1.0;
+        let odd = across.y * passage.exit.y;
+        sum += node.z * passage.surface * (exp(kappa * (even + odd)) + exp(kappa * (even - odd))) * absorbed(a, passage.cos_t);
     }
     return sum;
 }

@@ -2,14 +2,14 @@
 // Light paths through a circular fibre, p = 0 (R), 1 (TT), 2 (TRT): energy and exit azimuth of the ray at gamma.
 
 // A path without its absorption.
-struct Ray {
+struct Passage {
     cos_t: f32,         // cos gamma_t: the path crosses p chords of 2 cos gamma_t / cos theta_t
     surface: f32,       // Fresnel factors of A_p (Xu 2011, Eq 10)
     exit: vec2f,        // cosine and sine of the exit azimuth; the mirror image at -gamma exits at -Phi
     spread: f32,        // abs(dPhi/dgamma)
 }
 
-fn ray_at(r: Refraction, p: u32, sin_gamma: f32, cos_gamma: f32) -> Ray {
+fn passage_at(r: Refraction, p: u32, sin_gamma: f32, cos_gamma: f32) -> Passage {
     let sin_t = min(sin_gamma / r.eta_p, 1.0);
     let cos_t = sqrt(1.0 - sin_t * sin_t);
     let reflected = fresnel_at(r.cos_theta_d * cos_gamma, cos_t / r.inv_cos_theta_t, r.eta);
@@ -20,7 +20,7 @@ fn ray_at(r: Refraction, p: u32, sin_gamma: f32, cos_gamma: f32) -> Ray {
     let half = vec2f(turned.x * cos_gamma + turned.y * sin_gamma, turned.y * cos_gamma - turned.x * sin_gamma);
     let exit = select(1.0, -1.0, p == 1u) * vec2f(half.x * half.x - half.y * half.y, 2.0 * half.x * half.y);
     let spread = abs(2.0 * f32(p) * cos_gamma / (r.eta_p * max(cos_t, 1e-3)) - 2.0);
-    return Ray(cos_t, select(through, reflected, p == 0u), exit, spread);
+    return Passage(cos_t, select(through, reflected, p == 0u), exit, spread);
 }
 
 struct Path {
@@ -31,12 +31,12 @@ struct Path {
 }
 
 fn path_at(r: Refraction, sigma_a: vec3f, p: u32, sin_gamma: f32, cos_gamma: f32) -> Path {
-    let ray = ray_at(r, p, sin_gamma, cos_gamma);
+    let passage = passage_at(r, p, sin_gamma, cos_gamma);
     let order = f32(p);
     // sigma_a of zero is a factor of one for any order.
-    let energy = ray.surface * exp(-2.0 * order * ray.cos_t * r.inv_cos_theta_t * sigma_a);
-    let azimuth = 2.0 * order * atan2(min(sin_gamma / r.eta_p, 1.0), ray.cos_t) - 2.0 * atan2(sin_gamma, cos_gamma) + order * PI;
-    return Path(energy, azimuth, ray.exit, ray.spread);
+    let energy = passage.surface * exp(-2.0 * order * passage.cos_t * r.inv_cos_theta_t * sigma_a);
+    let azimuth = 2.0 * order * atan2(min(sin_gamma / r.eta_p, 1.0), passage.cos_t) - 2.0 * atan2(sin_gamma, cos_gamma) + order * PI;
+    return Path(energy, azimuth, passage.exit, passage.spread);
 }
 
 // Absorption along the paths of order p at one theta_d. Their cos gamma_t lies between sqrt(1 - 1/eta'^2) and 1: the exponential is taken

@@ -144,7 +144,7 @@ pub const PARITIES: &[Parity] = &[
         reference: |x| vec![fresnel(x[1], x[0])],
     },
     Parity {
-        covers: &["path_at", "ray_at"],
+        covers: &["path_at", "passage_at"],
         file: "lib/paths.wgsl",
         call: "
             let p = path_at(refraction(x[0], x[1]), vec3f(x[2]), u32(x[3]), sin(x[4]), cos(x[4]));

@@ -82,11 +82,29 @@ impl Kernel {
     /// # Errors
     /// [`GpuError::Refused`] with the compiler's message.
     pub fn scattering(gpu: &Gpu, path: &str, method: &Method) -> Result<Self, GpuError> {
+        Self::scattering_with(gpu, path, method, &[])
+    }
+
+    /// The same with `constants` of the pass itself.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`] with the compiler's message.
+    pub fn scattering_with(
+        gpu: &Gpu,
+        path: &str,
+        method: &Method,
+        constants: &[(&str, f64)],
+    ) -> Result<Self, GpuError> {
         let text = shader::compose(path, method.files()).map_err(|reason| GpuError::Refused {
             what: format!("shaders/{path}"),
             reason,
         })?;
-        Self::composed(gpu, path, method.files(), &method.constants(&text))
+        Self::composed(
+            gpu,
+            path,
+            method.files(),
+            &[constants, &method.constants(&text)].concat(),
+        )
     }
 
     fn composed(

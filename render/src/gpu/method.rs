@@ -50,6 +50,9 @@ pub const SEGMENTS: RangeInclusive<u32> = 2..=16;
 /// Directions that `directional` can have; the paper takes 1,536 for all lights together.
 pub const DIRECTIONS: RangeInclusive<u32> = 16..=4096;
 
+/// `DIRECTIONAL_GAMMAS` of `shaders/lib/single_directional.wgsl`.
+pub const DIRECTIONAL_GAMMAS: u32 = 12;
+
 impl Scheme {
     /// The scheme, if its number is in range.
     ///
@@ -89,6 +92,15 @@ impl Method {
         Self {
             quality,
             ..Self::default()
+        }
+    }
+
+    /// Lights that one thread may go through: Mesa's software driver ends the loops of a thread after 65,535 rounds in all.
+    pub fn lights_per_dispatch(&self) -> u32 {
+        match self.scheme {
+            Scheme::Nodes | Scheme::Xu2011 { .. } => u32::MAX,
+            // A direction is a round with one more for each of its nodes of gamma.
+            Scheme::Directional { directions } => (65_000 / (directions * (1 + DIRECTIONAL_GAMMAS))).max(1),
         }
     }
 

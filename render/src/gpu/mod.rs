@@ -24,7 +24,7 @@ pub use camera::{Camera, CameraFile};
 pub use device::{Gpu, GpuError};
 pub use frame::{FrameReport, Pick, PickMap, RenderSettings, Renderer};
 pub use kernel::{GROUP_SIZE, Kernel, fold_groups};
-pub use method::{DIRECTIONS, Method, Model, Quality, SEGMENTS, Scheme};
+pub use method::{DIRECTIONAL_GAMMAS, DIRECTIONS, Method, Model, Quality, SEGMENTS, Scheme};
 pub use shade::{Multiple, ShadeSettings, Terms};
 pub use transmittance::{
     AVERAGES_ENTRIES, LightBatch, MeanFibre, PATH_BYTES, Transmittance, TransmittanceReport,
