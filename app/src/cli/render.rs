@@ -175,7 +175,7 @@ pub(super) fn run(args: &RenderArgs, console: &mut Console<'_>) -> Result<(), Cl
     let gpu = Gpu::headless()?;
     let lighting = load_light(&document, console)?;
     let mut renderer = scene(&gpu, &document, &lighting, args.background == BackgroundName::Env)?;
-    let settings = settings(args);
+    let settings = settings(args, &document);
 
     // One picture, or one for every frame of the turntable.
     let mut pictures = Vec::new();
@@ -300,8 +300,8 @@ const REFERENCE_RAYS: u32 = 256;
 /// Rays of `--quality high`.
 const HIGH_RAYS: u32 = 64;
 
-fn settings(args: &RenderArgs) -> RenderSettings {
-    let method = args.method.method();
+fn settings(args: &RenderArgs, document: &Document) -> RenderSettings {
+    let method = args.method.method(document.project().hair.scheme);
     let usual_rays = if method.quality == Quality::High {
         HIGH_RAYS
     } else {

@@ -80,6 +80,13 @@ pub(crate) fn check_hair(hair: &HairSettings) -> Result<(), Problem> {
     within("hair.ratios.alpha_trt", ratios.alpha_trt, -100.0..=100.0)?;
     within("hair.ratios.beta_tt", ratios.beta_tt, 0.01..=100.0)?;
     within("hair.ratios.beta_trt", ratios.beta_trt, 0.01..=100.0)?;
+    if let Err(reason) = hair.scheme.checked() {
+        return Err(Problem::at(
+            "hair.scheme",
+            reason,
+            "choose a number in that range",
+        ));
+    }
     match hair.diameter {
         Some(diameter) => within("hair.diameter", diameter, 1e-9..=1e6),
         None => Ok(()),

@@ -1,6 +1,9 @@
 //! The project file: everything that a picture depends on, as JSON.
 
-use balayage_render::param::{LobeRatios, PigmentSet, PointValues};
+use balayage_render::{
+    gpu::Scheme,
+    param::{LobeRatios, PigmentSet, PointValues},
+};
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -158,6 +161,9 @@ pub struct HairSettings {
     pub ratios: Open<LobeRatios>,
     /// Fibre diameter in the groom's unit; null keeps the file's.
     pub diameter: Option<f32>,
+    /// How scattering is integrated over a light; not written where it is the usual one.
+    #[serde(skip_serializing_if = "is_usual")]
+    pub scheme: Scheme,
     /// Unknown fields.
     #[serde(flatten)]
     pub extra: Extra,
@@ -195,6 +201,10 @@ pub enum Blend {
     Add,
     /// What the strokes make of one is a factor: x (1 - o + o paint(1)).
     Multiply,
+}
+
+fn is_usual(scheme: &Scheme) -> bool {
+    *scheme == Scheme::default()
 }
 
 fn yes() -> bool {

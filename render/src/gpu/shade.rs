@@ -263,7 +263,14 @@ fn runs<'a>(settings: &ShadeSettings, strands: &StrandBuffers, inputs: &ShadeInp
             (batch.lights.start..split, Vec3::ZERO),
             (split..batch.lights.end, inputs.constant),
         ];
-        for (lights, constant) in parts.into_iter().filter(|(lights, _)| !lights.is_empty()) {
+        // Lights that stand for a uniform environment are weighed by their sum: these stay together.
+        let most = settings.method.lights_per_dispatch() as usize;
+        let [(real, none), uniform] = parts;
+        let chunks = real.clone().step_by(most).map(|first| {
+            let last = real.end.min(first.saturating_add(most as u32));
+            (first..last, none)
+        });
+        for (lights, constant) in chunks.chain([uniform]).filter(|(lights, _)| !lights.is_empty()) {
             let uniform = ShadeUniform {
                 camera_position: inputs.camera_position.to_array(),
                 vertex_count: strands.vertex_count,
