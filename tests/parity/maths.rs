@@ -520,8 +520,8 @@ pub const PARITIES: &[Parity] = &[
             let energies = vec3f(lobes.r.x, lobes.tt.x, lobes.trt.x);
             y = vec4f(means[u32(x[4])] * energies[u32(x[4])], 0.0);",
         domain: "lambda 0.4 to 1.2 within half a radian of the lobe: integrals of w G S_t cos theta_i over the sphere",
-        tolerance: 0.25,
-        reason: "every lobe is one von Mises density around a fixed azimuth; unit vectors instead of mean ones would be 0.7 off",
+        tolerance: 0.5,
+        reason: "every lobe is one von Mises density around a fixed azimuth: a rough centroid is enough to ask for visibility at",
         calls: 24,
         draw: |r| {
             let theta_o = between(r, -0.8, 0.8);
