@@ -100,7 +100,9 @@ fn columns(patch: &Patch, weights: &[f32], blurred: &[Blurred]) -> (Vec<usize>, 
         // d/dt of kappa (d . x - 1) is kappa t . x.
         let first = lobes.len() + MOVES * j;
         for (side, tangent) in lobe.tangents.iter().enumerate() {
-            let factors = patch.cosines(tangent.as_vec3()).map(|cosine| kappa * (cosine + 1.0));
+            let factors = patch
+                .cosines(tangent.as_vec3())
+                .map(|cosine| kappa * (cosine + 1.0));
             fill(first + side, values, &factors);
         }
 
@@ -368,7 +370,11 @@ fn swapped(target: &Target, state: &State) -> Vec<Lobe> {
 
 /// The points of a patch that are tried as the place of a birth.
 fn candidates(patch: &Patch) -> impl Iterator<Item = DVec3> {
-    let point = |i| Vec3::new(patch.x[i], patch.y[i], patch.z[i]).as_dvec3().normalize();
+    let point = |i| {
+        Vec3::new(patch.x[i], patch.y[i], patch.z[i])
+            .as_dvec3()
+            .normalize()
+    };
     (0..PATCH).step_by(BIRTH_STRIDE).map(point)
 }
 

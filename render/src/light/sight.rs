@@ -137,7 +137,12 @@ impl Target {
         let mean = mass / (4.0 * PI);
         let sources: Vec<(Vec3, Vec3)> = cells
             .iter()
-            .map(|cell| (cell.mean.normalize_or_zero().as_vec3(), (cell.energy / mean).as_vec3()))
+            .map(|cell| {
+                (
+                    cell.mean.normalize_or_zero().as_vec3(),
+                    (cell.energy / mean).as_vec3(),
+                )
+            })
             .collect();
         let blurred = spread(&patches, &sources, sight.blur);
         let share = (count as f64).sqrt() as f32;
@@ -186,7 +191,10 @@ fn patches(divisions: usize) -> Vec<Patch> {
         let y = 1.0 - (2.0 * i as f64 + 1.0) / count as f64;
         let azimuth = (golden * i as f64) % (2.0 * PI);
         let radius = (1.0 - y * y).sqrt();
-        (azimuth, DVec3::new(radius * azimuth.sin(), y, radius * azimuth.cos()))
+        (
+            azimuth,
+            DVec3::new(radius * azimuth.sin(), y, radius * azimuth.cos()),
+        )
     };
     let mut points: Vec<(f64, DVec3)> = (0..count).map(point).collect();
     for band in points.chunks_mut(divisions * PATCH) {
