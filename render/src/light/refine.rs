@@ -358,7 +358,7 @@ fn swapped(target: &Target, state: &State) -> Vec<Lobe> {
         f64::from(correlation.max(Vec3::ZERO).length_squared() / norm)
     };
     let candidates: Vec<DVec3> = target.patches.iter().flat_map(candidates).collect();
-    let gains: Vec<f64> = candidates.par_iter().map(|x| gain(x)).collect();
+    let gains: Vec<f64> = candidates.par_iter().map(gain).collect();
     let best = (0..gains.len())
         .max_by(|i, j| gains[*i].total_cmp(&gains[*j]))
         .unwrap_or(0);

@@ -2,14 +2,17 @@
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
+use balayage_render::gpu::Gpu;
 use balayage_render::light::{
     EnvironmentMap, FitSettings, HairKernel, HairProbe, Harmonics, Objective, fit_lights,
 };
 use clap::Args;
 use glam::{DVec3, Vec3};
 
+use super::end_to_end;
 use super::plot::{Plot, Series};
 use super::report::{Cell, Report, Table};
 use crate::Problem;
@@ -32,6 +35,10 @@ pub(super) struct LightsArgs {
     /// Fits of each kind of which the fastest counts.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100))]
     runs: u32,
+    /// Instead of the table of methods: radiance of N random fibres under 40 fitted lights (standard quality, R, TT and TRT, on the
+    /// GPU) against the float64 reference integrated over the map's pixels.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    end_to_end: Option<u32>,
     /// Seed of the fits.
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -94,6 +101,9 @@ pub(super) fn run(args: &LightsArgs, console: &mut Console<'_>) -> Result<(), Cl
         maps
     };
 
+    if let Some(count) = args.end_to_end {
+        return run_end_to_end(args, count, &maps, console);
+    }
     let ways = Way::all();
     let progress = console.progress((maps.len() * ways.len()) as u64, "fitting");
     let mut table = Table::new(
@@ -157,6 +167,63 @@ pub(super) fn run(args: &LightsArgs, console: &mut Console<'_>) -> Result<(), Cl
             y_label: "hair error (geometric mean of maps)",
             series: series(&ways, &found),
         }],
+    };
+    report.write(&args.output)?;
+    Ok(console.result(report.json(), &report.text())?)
+}
+
+/// Lights of the end-to-end comparison.
+const END_TO_END_LIGHTS: usize = 40;
+
+fn run_end_to_end(
+    args: &LightsArgs,
+    count: u32,
+    maps: &[(String, EnvironmentMap)],
+    console: &mut Console<'_>,
+) -> Result<(), CliError> {
+    let gpu = Gpu::headless()?;
+    let progress = console.progress(u64::from(count) + maps.len() as u64, "integrating");
+    let done = AtomicU64::new(0);
+    let on_done = || progress.at(1 + done.fetch_add(1, Ordering::Relaxed));
+    let strands = end_to_end::strands(count as usize, on_done)?;
+    let mut table = Table::new(
+        "lights_end_to_end",
+        [
+            "map",
+            "RMS of the relative error of a fibre",
+            "RMS error over RMS radiance",
+        ],
+    );
+    for (name, map) in maps {
+        let settings = FitSettings {
+            count: END_TO_END_LIGHTS,
+            seed: args.seed,
+            ..FitSettings::default()
+        };
+        let lights = fit_lights(map, &settings, &|_| ControlFlow::Continue(()))
+            .map_err(|e| CliError::Input(e.to_string()))?;
+        if lights.lights.is_empty() {
+            let remedy = "leave it out of --maps";
+            return Err(CliError::Input(format!(
+                "{name}: the map is uniform or black, there is no light to compare; {remedy}"
+            )));
+        }
+        let [relative, overall] = end_to_end::errors(&gpu, &strands, map, &lights)?;
+        table.row([Cell::from(name.as_str()), relative.into(), overall.into()]);
+        on_done();
+    }
+    drop(progress);
+    let report = Report {
+        name: "lights_end_to_end",
+        notes: vec![
+            format!("device: {}", gpu.adapter_name),
+            format!(
+                "{count} random fibres of circular hair and views, {END_TO_END_LIGHTS} lights, standard quality, R + TT + TRT, rgb norm"
+            ),
+            "reference: the float64 scattering function integrated over every pixel".to_owned(),
+        ],
+        tables: vec![table],
+        plots: Vec::new(),
     };
     report.write(&args.output)?;
     Ok(console.result(report.json(), &report.text())?)
