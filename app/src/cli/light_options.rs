@@ -40,11 +40,18 @@ impl LightOptions {
     /// The document's light with the options applied.
     pub(super) fn applied_to(&self, document: &Document) -> LightSettings {
         let mut light = document.project().light.clone();
-        if let Some(map) = &self.env {
-            light.environment = Environment::Map(document.reference_to(map));
-        }
-        if let Some(lights) = &self.lights {
-            light.environment = Environment::Lights(document.reference_to(lights));
+        // Another light is asked for than the project's: the lights made for that one do not shine in it.
+        let map = self
+            .env
+            .as_ref()
+            .map(|map| Environment::Map(document.reference_to(map)));
+        let lights = self
+            .lights
+            .as_ref()
+            .map(|lights| Environment::Lights(document.reference_to(lights)));
+        if let Some(environment) = map.or(lights) {
+            light.environment = environment;
+            light.hand.clear();
         }
         light.light_count = self.light_count.unwrap_or(light.light_count);
         light.rotation_deg = self.rotate.unwrap_or(light.rotation_deg);

@@ -31,7 +31,7 @@ pub use fit::{Fit, FitError, FitSettings, MAX_LIGHTS, Objective, Progress, fit, 
 pub use hair::{HairKernel, HairProbe};
 pub use map::{MAX_PIXELS, MapReport};
 pub use preset::GradientSky;
-pub use preview::{Picture, preview};
+pub use preview::{Picture, panorama, preview};
 pub use srbf::{MAX_BANDWIDTH, luminance};
 
 /// One spherical radial basis function: radiance * exp(2 (w . direction - 1) / bandwidth^2), peak 1 (Xu 2011, Eq 1).
