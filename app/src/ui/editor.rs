@@ -60,6 +60,7 @@ pub(super) struct ViewOptions {
 pub(super) enum Tab {
     Brush,
     Hair,
+    Light,
 }
 
 /// The editor.
@@ -409,14 +410,13 @@ impl Editor {
             ui.horizontal(|ui| {
                 ui.selectable_value(&mut self.tab, Tab::Brush, "Brush");
                 ui.selectable_value(&mut self.tab, Tab::Hair, "Hair");
+                ui.selectable_value(&mut self.tab, Tab::Light, "Light");
             });
             match self.tab {
                 Tab::Brush => self.brush_panel(ui),
                 Tab::Hair => self.hair_panel(ui),
+                Tab::Light => self.light_panel(ui),
             }
-            ui.separator();
-            ui.heading("Light");
-            self.light_panel(ui);
         });
     }
 }

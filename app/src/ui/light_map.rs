@@ -195,6 +195,8 @@ impl Editor {
             self.light_tab.grab = None;
         }
         if response.double_clicked() && under.is_none() && !over_knob {
+            let at = response.interact_pointer_pos();
+            self.light_tab.menu_at = at.map(|at| direction_at(in_panel(at, rect)));
             self.add_light();
         }
     }

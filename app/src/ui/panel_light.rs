@@ -70,6 +70,7 @@ impl Editor {
         self.light_sliders(ui, &light);
         self.light_count(ui, &light);
         self.fit_report(ui);
+        self.handles_checkbox(ui);
         self.light_map(ui);
         self.light_inspector(ui);
     }
