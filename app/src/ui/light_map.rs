@@ -174,12 +174,16 @@ impl Editor {
         under: Option<usize>,
         over_knob: bool,
     ) {
+        // A quick click may begin and end within one frame.
         let pressed = response.is_pointer_button_down_on() && ui.input(|input| input.pointer.any_pressed());
-        if pressed && let Some(at) = response.interact_pointer_pos() {
+        let clicked = response.clicked() || response.secondary_clicked();
+        if (pressed || clicked)
+            && let Some(at) = response.interact_pointer_pos()
+        {
             let is_primary = ui.input(|input| input.pointer.primary_down());
             self.light_tab.menu_at = Some(direction_at(in_panel(at, rect)));
-            self.light_tab.grab = if over_knob && is_primary {
-                Some(Grab::Width)
+            self.light_tab.grab = if over_knob {
+                is_primary.then_some(Grab::Width)
             } else {
                 self.light_tab.selected = under.map(|index| lights[index].id.clone());
                 under
@@ -195,8 +199,6 @@ impl Editor {
             self.light_tab.grab = None;
         }
         if response.double_clicked() && under.is_none() && !over_knob {
-            let at = response.interact_pointer_pos();
-            self.light_tab.menu_at = at.map(|at| direction_at(in_panel(at, rect)));
             self.add_light();
         }
     }
