@@ -293,7 +293,7 @@ fn a_light_is_added_widened_and_moved_by_its_handle() {
 
     // Handles in the viewport, on the ball round the hair: a drag to the left moves the light towards -x.
     click(&mut harness, "Light handles");
-    drag_light(&mut harness, "Added 1 handle", Vec2::new(-60.0, 0.0));
+    drag_light(&mut harness, "Added 1 handle", Vec2::new(-150.0, 0.0));
     let moved = lights(&harness).lights;
     assert!(moved[0].direction.x < added[0].direction.x - 0.1, "{moved:?}");
     assert!((moved[0].direction.length() - 1.0).abs() < 1e-5);

@@ -15,8 +15,8 @@ use crate::document::{Edit, HandLight, ListedLight};
 pub(super) enum Grab {
     /// A light, and the way from the pointer to its middle, in points.
     Light(egui::Vec2),
-    /// The ring of the chosen light.
-    Width,
+    /// The ring of the chosen light, and the way from the pointer to it, in points.
+    Width(egui::Vec2),
 }
 
 /// Bandwidths that the hand can give, radians-like.
@@ -73,9 +73,22 @@ impl Editor {
             .iter()
             .position(|listed| Some(&listed.id) == self.light_tab.selected.as_ref());
         let ring = selected.map(|index| ring_of(turn * lights[index].light.direction, &lights[index].light));
-        let knob = ring.as_ref().map(|ring| on_panel(ring[0], rect));
+        let knob = selected.zip(ring.as_ref()).map(|(index, ring)| {
+            // The ring of a narrow light lies under its disc: the knob stays beside it.
+            let (disc, at) = (places[index], on_panel(ring[0], rect));
+            let beside = disc_radius(&lights[index].light) + 8.0;
+            let is_wide = (at.x - disc.x).abs() >= beside;
+            (
+                if is_wide {
+                    at
+                } else {
+                    disc + egui::vec2(beside, 0.0)
+                },
+                at,
+            )
+        });
         self.paint_lights(ui, &painter, rect, &lights, &places);
-        if let (Some(ring), Some(knob)) = (&ring, knob) {
+        if let (Some(ring), Some((knob, _))) = (&ring, knob) {
             paint_ring(&painter, rect, ring);
             let handle = Rect::from_center_size(knob, egui::Vec2::splat(7.0));
             painter.rect(
@@ -93,8 +106,9 @@ impl Editor {
         let under = pointed.and_then(|at| nearest(at, &lights, &places, selected));
         let over_knob = pointed
             .zip(knob)
-            .is_some_and(|(at, knob)| at.distance(knob) < 7.0);
-        if response.hovered() && (under.is_some() || over_knob) {
+            .filter(|(at, (knob, _))| at.distance(*knob) < 6.0)
+            .map(|(_, (knob, ring))| ring - knob);
+        if response.hovered() && (under.is_some() || over_knob.is_some()) {
             ui.ctx().set_cursor_icon(CursorIcon::Grab);
         }
         self.grab_light(ui, &response, rect, &lights, &places, under, over_knob);
@@ -172,7 +186,7 @@ impl Editor {
         lights: &[ListedLight],
         places: &[Pos2],
         under: Option<usize>,
-        over_knob: bool,
+        over_knob: Option<egui::Vec2>,
     ) {
         // A quick click may begin and end within one frame.
         let pressed = response.is_pointer_button_down_on() && ui.input(|input| input.pointer.any_pressed());
@@ -182,8 +196,8 @@ impl Editor {
         {
             let is_primary = ui.input(|input| input.pointer.primary_down());
             self.light_tab.menu_at = Some(direction_at(in_panel(at, rect)));
-            self.light_tab.grab = if over_knob {
-                is_primary.then_some(Grab::Width)
+            self.light_tab.grab = if let Some(offset) = over_knob {
+                is_primary.then_some(Grab::Width(offset))
             } else {
                 self.light_tab.selected = under.map(|index| lights[index].id.clone());
                 under
@@ -198,7 +212,7 @@ impl Editor {
         if !ui.input(|input| input.pointer.any_down()) {
             self.light_tab.grab = None;
         }
-        if response.double_clicked() && under.is_none() && !over_knob {
+        if response.double_clicked() && under.is_none() && over_knob.is_none() {
             self.add_light();
         }
     }
@@ -213,9 +227,9 @@ impl Editor {
                 let direction = direction_at(in_panel(at + offset, rect));
                 self.move_light(response, direction);
             }
-            Grab::Width => {
+            Grab::Width(offset) => {
                 let towards = turn * selected.light.direction;
-                let bandwidth = towards.angle_between(direction_at(in_panel(at, rect)));
+                let bandwidth = towards.angle_between(direction_at(in_panel(at + offset, rect)));
                 self.edit_light(response, &selected.id, |hand| {
                     change(hand, |light| widen(light, bandwidth))
                 });
