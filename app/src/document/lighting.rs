@@ -1,6 +1,11 @@
 //! From light settings to the lights of a frame.
 
-use std::{ops::ControlFlow, path::Path, sync::Arc, time::Instant};
+use std::{
+    ops::ControlFlow,
+    path::{Path, PathBuf},
+    sync::Arc,
+    time::Instant,
+};
 
 use balayage_render::light::{
     EnvironmentMap, FitSettings, GradientSky, HairKernel, HairProbe, InputError, LightSet, MapReport,
@@ -9,7 +14,7 @@ use balayage_render::light::{
 use glam::Vec3;
 
 use super::{
-    builtin,
+    Document, builtin,
     project::{Environment, LightSettings, Project},
 };
 use crate::Problem;
@@ -53,7 +58,7 @@ impl Lighting {
     pub fn load(
         project: &Project,
         from: Option<&LightSet>,
-        resolve: impl Fn(&str) -> std::path::PathBuf,
+        resolve: impl Fn(&str) -> PathBuf,
         progress: &dyn Fn(f64) -> ControlFlow<()>,
     ) -> Result<Self, Problem> {
         let fit = FitSettings {
@@ -164,6 +169,22 @@ impl LightSettings {
             (a, b) => a == b,
         };
         same_environment && self.light_count == other.light_count
+    }
+}
+
+impl Document {
+    /// The files that the light reads; what is inside the program is no file.
+    pub fn light_files(&self) -> Vec<PathBuf> {
+        let references = match &self.project.light.environment {
+            Environment::Map(path) | Environment::Lights(path) => std::slice::from_ref(path),
+            Environment::Sequence(sequence) => sequence.maps.as_slice(),
+            Environment::Sky | Environment::Constant(_) => &[],
+        };
+        references
+            .iter()
+            .filter(|reference| builtin::bytes(reference).is_none())
+            .map(|reference| self.resolve(reference))
+            .collect()
     }
 }
 
