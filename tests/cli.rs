@@ -167,6 +167,18 @@ fn check_tells_what_a_file_is() {
         let (code, out, _) = balayage(&["check", &at(file)]);
         assert!(code == 0 && out.contains(file), "{out}");
     }
+
+    // What the light of a project holds, and which of its files are missing.
+    let project = r#"{"version": 1, "groom": {"path": "tuft.hair"}, "light": {"environment": {"sequence": {"maps": ["a.hdr", "b.hdr"]}},
+        "hand": [{"name": "key", "light": {"direction": [0,1,0], "bandwidth": 0.3, "radiance": [1,1,1]}}]}}"#;
+    fs::write(folder.path().join("lit.json"), project).unwrap();
+    let light = &json(&["check", &at("lit.json")])["light"];
+    assert_eq!(
+        *light,
+        serde_json::json!({"environment": "sequence", "files": 2, "hand_lights": 1})
+    );
+    let (_, _, err) = balayage(&["check", &at("lit.json")]);
+    assert!(err.contains("a.hdr") && err.contains("b.hdr"), "{err}");
 }
 
 #[test]

@@ -222,6 +222,31 @@ fn bad_projects_are_refused_with_file_and_place() {
             with(r#""light": {"environment": {"constant": [1, -1, 1]}}"#),
             "light.environment.constant",
         ),
+        (with(r#""light": {"tint": [1, -1, 1]}"#), "light.tint"),
+        (
+            with(r#""light": {"environment": {"sequence": {"maps": []}}}"#),
+            "light.environment.sequence.maps",
+        ),
+        (
+            with(r#""light": {"environment": {"sequence": {"maps": ["a.hdr"], "fps": 0}}}"#),
+            "light.environment.sequence.fps",
+        ),
+        (
+            with(r#""light": {"hand": [{"name": "", "light": null}]}"#),
+            "light.hand[0].name",
+        ),
+        (
+            with(
+                r#""light": {"hand": [{"name": "a", "light": {"direction": [0,2,0], "bandwidth": 1, "radiance": [1,1,1]}}]}"#,
+            ),
+            "light.hand[0].light.direction",
+        ),
+        (
+            with(
+                r#""light": {"hand": [{"name": "a", "light": null, "replaces": {"direction": [0,1,0], "bandwidth": 0, "radiance": [1,1,1]}}]}"#,
+            ),
+            "light.hand[0].replaces.bandwidth",
+        ),
         (with(r#""hair": {"base": {"bleach": 1.5}}"#), "hair.base.bleach"),
         (
             with(r#""hair": {"ratios": {"beta_trt": 0}}"#),

@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a helper that fails fails its test")]
 
+mod ui_light;
+
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -38,6 +40,7 @@ fn editor(path: &Path) -> Harness<'static, Editor> {
     let path = path.to_owned();
     let mut harness = Harness::builder()
         .with_size(Vec2::new(1100.0, 800.0))
+        .with_step_dt(1.0 / 60.0)
         .build_eframe(|creation| Editor::new(&creation.egui_ctx, Some(path)));
     settle(&mut harness, 0);
     harness
@@ -215,10 +218,6 @@ fn controls_are_named() {
         "Hardness",
         "Falloff",
         "Depth",
-        "Environment",
-        "Rotation",
-        "Exposure",
-        "Lights",
         "Terms",
     ] {
         assert!(harness.query_all_by_label(name).next().is_some(), "{name}");
@@ -234,6 +233,24 @@ fn controls_are_named() {
         "Eccentricity",
         "Diameter",
         "Pigments",
+    ] {
+        assert!(harness.query_all_by_label(name).next().is_some(), "{name}");
+    }
+    harness.get_all_by_label("Light").last().unwrap().click();
+    harness.step();
+    harness.step();
+    for name in [
+        "Environment",
+        "Radiance",
+        "Rotation",
+        "Exposure",
+        "Tint",
+        "Lights",
+        "Light handles",
+        "Light map",
+        "Add light",
+        "Delete light",
+        "Reset light",
     ] {
         assert!(harness.query_all_by_label(name).next().is_some(), "{name}");
     }

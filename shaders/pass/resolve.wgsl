@@ -12,7 +12,7 @@ struct ResolveUniform {
     has_head: u32,
     has_background: u32,
     background_turn_rad: f32, // rotation of the environment about y
-    background_scale: f32,
+    background_scale: vec3f,  // exposure and tint of the environment
     background_size: vec2u,
 }
 

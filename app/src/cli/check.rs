@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use super::{CliError, Console};
 use crate::{
     Problem,
-    document::{CameraPose, MAX_PROJECT_BYTES, check_camera, files, map_warnings},
+    document::{CameraPose, Environment, MAX_PROJECT_BYTES, check_camera, files, map_warnings},
     paint::StrokeFile,
 };
 
@@ -83,14 +83,33 @@ fn check_json(
         let project = document.project();
         let (layers, operations) = (project.layers.len(), project.operations.len());
         let (strands, points) = (document.groom().strand_count(), document.groom().point_count());
+        let hand_lights = project.light.hand.len();
+        let environment = match &project.light.environment {
+            Environment::Sky => "sky",
+            Environment::Preset(_) => "preset",
+            Environment::Constant(_) => "constant",
+            Environment::Map(_) => "map",
+            Environment::Lights(_) => "lights",
+            Environment::Sequence(_) => "sequence",
+        };
+        let light_files = document.light_files();
+        for file in light_files.iter().filter(|file| !file.exists()) {
+            console.warn(&format!(
+                "{}: the project's light names it, but it is not there; restore it or choose another light",
+                file.display()
+            ));
+        }
         let value = json!({
             "kind": "project", "version": project.version, "layers": layers, "operations": operations,
             "strands": strands, "points": points,
+            "light": {"environment": environment, "files": light_files.len(), "hand_lights": hand_lights},
         });
-        return Ok((
-            value,
-            format!("project, {strands} strands, {points} points, {layers} layers, {operations} operations"),
-        ));
+        let text = format!(
+            "project, {strands} strands, {points} points, {layers} layers, {operations} operations, light: {environment}, {} files, \
+             {hand_lights} lights by hand",
+            light_files.len()
+        );
+        return Ok((value, text));
     }
     if keys.contains_key("operations") {
         let strokes = StrokeFile::parse(&text).map_err(|p| p.in_file(file))?;

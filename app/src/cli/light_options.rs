@@ -57,14 +57,18 @@ impl LightOptions {
     /// The document's light with the options applied.
     pub(super) fn applied_to(&self, document: &Document) -> LightSettings {
         let mut light = document.project().light.clone();
-        if let Some(map) = &self.env {
-            light.environment = match map {
-                MapOrPreset::Map(path) => Environment::Map(document.reference_to(path)),
-                MapOrPreset::Preset(name) => Environment::Preset(name.clone()),
-            };
-        }
-        if let Some(lights) = &self.lights {
-            light.environment = Environment::Lights(document.reference_to(lights));
+        // Another light is asked for than the project's: the lights made for that one do not shine in it.
+        let environment = self.env.as_ref().map(|map| match map {
+            MapOrPreset::Map(path) => Environment::Map(document.reference_to(path)),
+            MapOrPreset::Preset(name) => Environment::Preset(name.clone()),
+        });
+        let lights = self
+            .lights
+            .as_ref()
+            .map(|lights| Environment::Lights(document.reference_to(lights)));
+        if let Some(environment) = environment.or(lights) {
+            light.environment = environment;
+            light.hand.clear();
         }
         light.light_count = self.light_count.unwrap_or(light.light_count);
         light.rotation_deg = self.rotate.unwrap_or(light.rotation_deg);

@@ -260,7 +260,8 @@ fn turned(camera: Camera, angle_rad: f32, document: &Document) -> Camera {
 fn load_light(document: &Document, console: &mut Console<'_>) -> Result<Lighting, CliError> {
     let progress = console.progress(1000, "fitting lights");
     let lighting = Lighting::load(
-        &document.project().light,
+        document.project(),
+        None,
         |reference| document.resolve(reference),
         &|done| {
             progress.at((done * 1000.0) as u64);
@@ -290,7 +291,7 @@ fn scene(
     renderer.set_lights(&lighting.exposed(light))?;
     if show_environment {
         renderer.set_background(lighting.map.as_deref())?;
-        renderer.turn_background(light.rotation_deg.to_radians(), light.exposure_ev.exp2());
+        renderer.turn_background(light.rotation_deg.to_radians(), light.factor());
     }
     Ok(renderer)
 }

@@ -1,10 +1,15 @@
 //! What a project may hold: every number finite and in its range, every name unique.
 
-use balayage_render::light::PRESETS;
+use balayage_render::light::{MAX_BANDWIDTH, PRESETS, SrbfLight};
 use glam::Mat3;
 
-use super::project::{
-    CameraPose, Environment, HairSettings, Layer, LightSettings, MAX_LAYERS, PROJECT_VERSION, Project,
+use super::{
+    hand_light::{HandLight, MAX_HAND_LIGHTS},
+    project::{
+        CameraPose, Environment, HairSettings, Layer, LightSettings, MAX_LAYERS, PROJECT_VERSION, Project,
+        Sequence,
+    },
+    sequence::MAX_MAPS,
 };
 use crate::{
     paint,
@@ -57,6 +62,11 @@ pub(super) fn check_light(light: &LightSettings) -> Result<(), Problem> {
     }
     within("light.rotation_deg", light.rotation_deg, -36_000.0..=36_000.0)?;
     within("light.exposure_ev", light.exposure_ev, -30.0..=30.0)?;
+    light
+        .tint
+        .iter()
+        .try_for_each(|x| within("light.tint", *x, 0.0..=1e3))?;
+    check_hand(&light.hand)?;
     match &light.environment {
         Environment::Sky => Ok(()),
         Environment::Preset(name) if PRESETS.contains(&name.as_str()) => Ok(()),
@@ -74,7 +84,67 @@ pub(super) fn check_light(light: &LightSettings) -> Result<(), Problem> {
             "name a file or choose \"sky\"",
         )),
         Environment::Map(_) | Environment::Lights(_) => Ok(()),
+        Environment::Sequence(sequence) => check_sequence(sequence),
     }
+}
+
+fn check_sequence(sequence: &Sequence) -> Result<(), Problem> {
+    let place = "light.environment.sequence";
+    if sequence.maps.is_empty() || sequence.maps.len() > MAX_MAPS {
+        let reason = format!("{} maps", sequence.maps.len());
+        let remedy = format!("name 1 to {MAX_MAPS} maps");
+        return Err(Problem::at(format!("{place}.maps"), reason, remedy));
+    }
+    if let Some(i) = sequence.maps.iter().position(String::is_empty) {
+        let place = format!("{place}.maps[{i}]");
+        return Err(Problem::at(place, "the path is empty", "name a file"));
+    }
+    within(&format!("{place}.fps"), sequence.fps, 0.01..=240.0)
+}
+
+/// Checks the lights made by hand.
+fn check_hand(hand: &[HandLight]) -> Result<(), Problem> {
+    if hand.len() > MAX_HAND_LIGHTS {
+        let reason = format!("{} lights", hand.len());
+        let remedy = format!("use at most {MAX_HAND_LIGHTS}");
+        return Err(Problem::at("light.hand", reason, remedy));
+    }
+    for (i, light) in hand.iter().enumerate() {
+        let place = |field: &str| format!("light.hand[{i}].{field}");
+        if light.name.is_empty() || hand[..i].iter().any(|other| other.name == light.name) {
+            let reason = format!("the name \"{}\" is empty or taken", light.name);
+            return Err(Problem::at(
+                place("name"),
+                reason,
+                "give every light a name of its own",
+            ));
+        }
+        for (field, light) in [("light", &light.light), ("replaces", &light.replaces)] {
+            if let Some(light) = light {
+                check_srbf(&place(field), light)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn check_srbf(place: &str, light: &SrbfLight) -> Result<(), Problem> {
+    let length = light.direction.length();
+    let is_unit = (length - 1.0).abs() <= 1e-3;
+    if !is_unit {
+        return Err(Problem::at(
+            format!("{place}.direction"),
+            format!("length {length} is not 1"),
+            "give a unit vector towards the light",
+        ));
+    }
+    within(
+        &format!("{place}.bandwidth"),
+        light.bandwidth,
+        1e-3..=MAX_BANDWIDTH,
+    )?;
+    let mut radiance = light.radiance.to_array().into_iter();
+    radiance.try_for_each(|x| within(&format!("{place}.radiance"), x, 0.0..=1e9))
 }
 
 /// Checks the parameters of unpainted hair.

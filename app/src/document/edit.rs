@@ -2,6 +2,7 @@
 
 use super::{
     Document, check,
+    hand_light::hand_label,
     history::Step,
     project::{HairSettings, HeadReference, Layer, LightSettings},
 };
@@ -102,7 +103,8 @@ impl Document {
             }
             Edit::SetLight(light) => {
                 check::check_light(&light)?;
-                ("Change light".to_owned(), Step::Light(Box::new(light)))
+                let label = light_label(&self.project.light, &light);
+                (label.to_owned(), Step::Light(Box::new(light)))
             }
             Edit::SetHead(head) => ("Change head".to_owned(), Step::Head(head)),
         };
@@ -332,6 +334,19 @@ impl Document {
                 None => self.replayed(id),
             })
             .collect();
+    }
+}
+
+/// What a person did to the light.
+fn light_label(before: &LightSettings, after: &LightSettings) -> &'static str {
+    if before.environment != after.environment {
+        "Change environment"
+    } else if before.hand != after.hand {
+        hand_label(&before.hand, &after.hand)
+    } else if before.rotation_deg != after.rotation_deg {
+        "Turn environment"
+    } else {
+        "Change light"
     }
 }
 

@@ -1,22 +1,31 @@
 //! From light settings to the lights of a frame.
 
-use std::{ops::ControlFlow, path::Path, sync::Arc, time::Instant};
+use std::{
+    ops::ControlFlow,
+    path::{Path, PathBuf},
+    sync::Arc,
+    time::Instant,
+};
 
 use balayage_render::light::{
-    EnvironmentMap, FitSettings, GradientSky, InputError, LightSet, MapReport, Preset, fit_lights,
+    EnvironmentMap, FitSettings, GradientSky, HairKernel, HairProbe, InputError, LightSet, MapReport,
+    Picture, Preset, fit_lights, panorama,
 };
 use glam::Vec3;
 
 use super::{
-    builtin,
-    project::{Environment, LightSettings},
+    Document, builtin,
+    project::{Environment, LightSettings, Project},
 };
 use crate::Problem;
 
 /// Rows of the map that stands for the built-in sky.
 const SKY_ROWS: usize = 128;
 
-/// An environment before rotation and exposure.
+/// Columns of the picture of an environment.
+const PANORAMA_WIDTH: usize = 384;
+
+/// An environment before the hand's edits, rotation, exposure and tint.
 #[derive(Clone, Debug)]
 pub struct Lighting {
     /// The lights as fitted or read.
@@ -29,27 +38,50 @@ pub struct Lighting {
     pub warnings: Vec<String>,
 }
 
+/// How well fitted lights stand for their map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FitReport {
+    /// RMS relative error of the radiance of random fibres.
+    pub hair_error: f64,
+    /// Energy of the lights over that of the map, minus 1, per channel.
+    pub energy_error: [f64; 3],
+}
+
 impl Lighting {
-    /// Reads the environment of `settings`, whose paths `resolve` turns into files, and fits lights where it is a map.
+    /// Reads the environment of `project`, whose paths `resolve` turns into files, and fits lights where it is a map.
     ///
-    /// `progress` hears the share that is done; it stops the fit by breaking.
+    /// `from` are the lights of a similar map to start from: much faster. `progress` hears the share that is done; it stops the
+    /// fit by breaking.
     ///
     /// # Errors
     /// Files that are refused; a fit that was stopped.
     pub fn load(
-        settings: &LightSettings,
-        resolve: impl Fn(&str) -> std::path::PathBuf,
+        project: &Project,
+        from: Option<&LightSet>,
+        resolve: impl Fn(&str) -> PathBuf,
         progress: &dyn Fn(f64) -> ControlFlow<()>,
     ) -> Result<Self, Problem> {
-        let count = settings.light_count as usize;
-        match &settings.environment {
+        let fit = FitSettings {
+            count: project.light.light_count as usize,
+            from,
+            ..FitSettings::default()
+        };
+        let of_file = |reference: &str| {
+            let file = resolve(reference);
+            let read = match builtin::bytes(reference) {
+                Some(bytes) => EnvironmentMap::from_bytes(bytes, &file),
+                None => EnvironmentMap::read(&file),
+            };
+            Self::fitted(read.map_err(Problem::from)?, &file, &fit, progress)
+        };
+        match &project.light.environment {
             Environment::Constant(rgb) => Ok(Self::of_lights(LightSet::uniform(Vec3::from(*rgb)))),
             Environment::Lights(reference) => Ok(Self::of_lights(
                 LightSet::read(&resolve(reference)).map_err(Problem::from)?,
             )),
             Environment::Preset(name) => match Preset::named(name) {
                 Some(Preset::Lights(lights)) => Ok(Self::of_lights(lights)),
-                Some(Preset::Sky(sky)) => Self::fitted(sky.map(SKY_ROWS), Path::new(name), count, progress),
+                Some(Preset::Sky(sky)) => Self::fitted(sky.map(SKY_ROWS), Path::new(name), &fit, progress),
                 None => Err(Problem::at(
                     "light.environment.preset",
                     format!("there is no preset {name:?}"),
@@ -59,18 +91,11 @@ impl Lighting {
             Environment::Sky => Self::fitted(
                 GradientSky::default().map(SKY_ROWS),
                 Path::new("sky"),
-                count,
+                &fit,
                 progress,
             ),
-            Environment::Map(reference) => {
-                let file = resolve(reference);
-                let read = match builtin::bytes(reference) {
-                    Some(bytes) => EnvironmentMap::from_bytes(bytes, &file),
-                    None => EnvironmentMap::read(&file),
-                }
-                .map_err(Problem::from)?;
-                Self::fitted(read, &file, count, progress)
-            }
+            Environment::Map(reference) => of_file(reference),
+            Environment::Sequence(sequence) => of_file(&sequence.maps[sequence.index(project.frame)]),
         }
     }
 
@@ -86,15 +111,11 @@ impl Lighting {
     fn fitted(
         (map, report): (EnvironmentMap, MapReport),
         name: &Path,
-        count: usize,
+        fit: &FitSettings<'_>,
         progress: &dyn Fn(f64) -> ControlFlow<()>,
     ) -> Result<Self, Problem> {
-        let settings = FitSettings {
-            count,
-            ..FitSettings::default()
-        };
         let start = Instant::now();
-        let lights = fit_lights(&map, &settings, progress)
+        let lights = fit_lights(&map, fit, progress)
             .map_err(|e| Problem::at("", e.to_string(), "start it again").in_file(name))?;
         Ok(Self {
             lights,
@@ -104,11 +125,75 @@ impl Lighting {
         })
     }
 
-    /// The lights of the frame: turned about the vertical axis and exposed.
+    /// The lights of the frame: with the hand's edits, turned about the vertical axis, exposed and tinted.
     pub fn exposed(&self, settings: &LightSettings) -> LightSet {
-        self.lights
+        settings
+            .edited(&self.lights)
             .rotated(settings.rotation_deg.to_radians())
-            .exposed(settings.exposure_ev)
+            .scaled(settings.factor())
+    }
+
+    /// The environment to be looked at: its map, or where there is none what the lights amount to.
+    pub fn panorama(&self) -> Picture {
+        match &self.map {
+            Some(map) => panorama(map, PANORAMA_WIDTH),
+            None => {
+                let radiance = |w: Vec3| self.lights.radiance(w);
+                let (map, _) = EnvironmentMap::from_fn(PANORAMA_WIDTH, PANORAMA_WIDTH / 2, radiance);
+                panorama(&map, PANORAMA_WIDTH)
+            }
+        }
+    }
+
+    /// Measures what the fit left out; none without a map, and where `progress` breaks.
+    pub fn report(&self, progress: &dyn Fn(f64) -> ControlFlow<()>) -> Option<FitReport> {
+        let map = self.map.as_deref()?;
+        let probe = HairProbe::with_progress(map, HairKernel::default(), &|done| progress(0.5 * done))?;
+        let hair_error = probe.error_with_progress(&self.lights, &|done| progress(0.5 + 0.5 * done))?;
+        let (fitted, wanted) = (self.lights.energy().to_array(), map.energy().to_array());
+        let error = |c: usize| {
+            if fitted[c] == wanted[c] {
+                0.0
+            } else {
+                fitted[c] / wanted[c] - 1.0
+            }
+        };
+        Some(FitReport {
+            hair_error,
+            energy_error: std::array::from_fn(error),
+        })
+    }
+}
+
+impl LightSettings {
+    /// Exposure and tint as one factor on every radiance.
+    pub fn factor(&self) -> Vec3 {
+        Vec3::from(self.tint) * self.exposure_ev.exp2()
+    }
+
+    /// True where both lead to the same fitted lights: rotation, exposure, tint, rate and hand-made lights need no new fit.
+    pub fn same_fit(&self, other: &Self) -> bool {
+        let same_environment = match (&self.environment, &other.environment) {
+            (Environment::Sequence(a), Environment::Sequence(b)) => a.maps == b.maps,
+            (a, b) => a == b,
+        };
+        same_environment && self.light_count == other.light_count
+    }
+}
+
+impl Document {
+    /// The files that the light reads; what is inside the program is no file.
+    pub fn light_files(&self) -> Vec<PathBuf> {
+        let references = match &self.project.light.environment {
+            Environment::Map(path) | Environment::Lights(path) => std::slice::from_ref(path),
+            Environment::Sequence(sequence) => sequence.maps.as_slice(),
+            Environment::Sky | Environment::Preset(_) | Environment::Constant(_) => &[],
+        };
+        references
+            .iter()
+            .filter(|reference| builtin::bytes(reference).is_none())
+            .map(|reference| self.resolve(reference))
+            .collect()
     }
 }
 

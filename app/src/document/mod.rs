@@ -8,11 +8,13 @@ mod check;
 mod compose;
 mod edit;
 pub mod files;
+mod hand_light;
 mod history;
 pub mod json;
 mod lighting;
 mod open;
 mod project;
+mod sequence;
 
 use std::{path::PathBuf, sync::Arc};
 
@@ -26,13 +28,15 @@ pub use builtin::builtin_environments;
 pub use check::check_camera;
 pub(crate) use check::check_hair;
 pub use edit::{Changes, Edit};
+pub use hand_light::{HandLight, LightId, ListedLight, MAX_HAND_LIGHTS};
 pub use history::DEFAULT_HISTORY_BYTES;
-pub use lighting::{Lighting, map_warnings};
+pub use lighting::{FitReport, Lighting, map_warnings};
 pub use open::{MAX_PROJECT_BYTES, Opened};
 pub use project::{
     Blend, CameraPose, Environment, GroomReference, HairSettings, HeadReference, Layer, LightSettings,
-    MAX_LAYERS, Open, PROJECT_VERSION, Project,
+    MAX_LAYERS, Open, PROJECT_VERSION, Project, Sequence,
 };
+pub use sequence::{MAX_MAPS, maps_of};
 
 use crate::{
     Problem,
@@ -200,6 +204,11 @@ impl Document {
         camera.as_ref().map_or(Ok(()), check_camera)?;
         self.project.camera = camera;
         Ok(())
+    }
+
+    /// Shows another map of the sequence; a view is no edit.
+    pub fn set_frame(&mut self, frame: u32) {
+        self.project.frame = frame;
     }
 
     /// Index of the layer `id`.

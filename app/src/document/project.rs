@@ -6,6 +6,7 @@ use balayage_render::{
 };
 use serde::{Deserialize, Serialize};
 
+use super::hand_light::HandLight;
 use crate::{
     Problem,
     paint::{Extra, Operation},
@@ -50,6 +51,9 @@ pub struct Project {
     /// What lights them.
     #[serde(default)]
     pub light: LightSettings,
+    /// Which map of a sequence lights them, from 0; counted round where the sequence is shorter.
+    #[serde(default)]
+    pub frame: u32,
     /// Where they are seen from; null frames the hair.
     #[serde(default)]
     pub camera: Option<CameraPose>,
@@ -108,6 +112,32 @@ pub enum Environment {
     Map(String),
     /// Path of a light list.
     Lights(String),
+    /// Maps that follow each other.
+    Sequence(Sequence),
+}
+
+/// Equirectangular maps that follow each other, round and round.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sequence {
+    /// Paths of the maps, Radiance or OpenEXR.
+    pub maps: Vec<String>,
+    /// Maps a second.
+    #[serde(default = "usual_fps")]
+    pub fps: f32,
+    /// Unknown fields.
+    #[serde(flatten)]
+    pub extra: Extra,
+}
+
+impl Sequence {
+    /// Index of the map that a frame shows.
+    pub fn index(&self, frame: u32) -> usize {
+        frame as usize % self.maps.len().max(1)
+    }
+}
+
+fn usual_fps() -> f32 {
+    12.0
 }
 
 /// The environment and how it is used.
@@ -122,6 +152,10 @@ pub struct LightSettings {
     pub rotation_deg: f32,
     /// Exposure in stops: radiance times 2 to this power.
     pub exposure_ev: f32,
+    /// Factor on the radiance, linear Rec.709.
+    pub tint: [f32; 3],
+    /// Lights that a person made or changed, before rotation, exposure and tint.
+    pub hand: Vec<HandLight>,
     /// Unknown fields.
     #[serde(flatten)]
     pub extra: Extra,
@@ -134,6 +168,8 @@ impl Default for LightSettings {
             light_count: 40,
             rotation_deg: 0.0,
             exposure_ev: 0.0,
+            tint: [1.0; 3],
+            hand: Vec::new(),
             extra: Extra::new(),
         }
     }
@@ -239,6 +275,7 @@ impl Project {
             groom,
             head: None,
             light: LightSettings::default(),
+            frame: 0,
             camera: None,
             hair: HairSettings::default(),
             layers: vec![Layer::new("paint", "Paint")],
@@ -278,6 +315,11 @@ impl Project {
         }
         match &mut self.light.environment {
             Environment::Map(path) | Environment::Lights(path) => *path = change(path),
+            Environment::Sequence(sequence) => {
+                for path in &mut sequence.maps {
+                    *path = change(path);
+                }
+            }
             Environment::Sky | Environment::Preset(_) | Environment::Constant(_) => {}
         }
     }

@@ -7,15 +7,10 @@ use std::{
 
 use egui::{Context, ViewportCommand};
 
-use super::{
-    Command, Editor,
-    editor::Loaded,
-    job::{Job, JobControl},
-    viewer::SceneInput,
-};
+use super::{Command, Editor, editor::Loaded, job::Job, viewer::SceneInput};
 use crate::{
     Problem,
-    document::{Document, Edit, Environment, Layer, LightSettings, Lighting, Opened},
+    document::{Document, Edit, Environment, Layer, Opened},
     tool::ViewCamera,
 };
 
@@ -38,6 +33,8 @@ pub(super) enum DialogAnswer {
     SaveAs(PathBuf),
     Environment(PathBuf),
     Lights(PathBuf),
+    SaveLights(PathBuf),
+    Sequence(Vec<PathBuf>),
 }
 
 impl Editor {
@@ -49,6 +46,9 @@ impl Editor {
             Command::Redo => document.is_some_and(|document| document.redo_label().is_some()),
             Command::Open | Command::OpenSample => self.opening.is_none(),
             Command::Quit => true,
+            Command::DeleteLight => self.selected_light().is_some(),
+            Command::SaveLights => self.lighting.is_some(),
+            Command::PlaySequence | Command::NextMap | Command::PreviousMap => self.sequence().is_some(),
             _ => document.is_some(),
         }
     }
@@ -91,6 +91,13 @@ impl Editor {
                 );
             }
             Command::OpenLights => self.ask_for_file(context, "Light lists", &["json"], DialogAnswer::Lights),
+            Command::OpenSequence => self.ask_for_sequence(context, false),
+            Command::OpenSequenceFolder => self.ask_for_sequence(context, true),
+            Command::PlaySequence => self.play_or_pause(),
+            Command::NextMap => self.step_sequence(1),
+            Command::PreviousMap => self.step_sequence(-1),
+            Command::SaveLights => self.ask_where_to_save_lights(context),
+            Command::DeleteLight => self.delete_selected_light(),
         }
     }
 
@@ -161,32 +168,6 @@ impl Editor {
         }
     }
 
-    /// Starts whatever the new light settings need: a fit in the background where the map or the count changed.
-    pub(super) fn refresh_light(&mut self) {
-        let Some(document) = &self.document else { return };
-        let wanted = &document.project().light;
-        if self
-            .fitted_for
-            .as_ref()
-            .is_some_and(|fitted| same_fit(fitted, wanted))
-        {
-            self.send_light();
-            return;
-        }
-        let settings = wanted.clone();
-        self.fitted_for = Some(settings.clone());
-        if let Some(job) = &self.fitting {
-            job.cancel();
-        }
-        let folder = document.folder().to_owned();
-        let context = self.context.clone();
-        let load = move |control: &JobControl| -> Result<Lighting, Problem> {
-            let resolve = |reference: &str| crate::document::files::resolve(reference, &folder);
-            Lighting::load(&settings, resolve, &|share| control.progress(share))
-        };
-        self.fitting = Some(Job::start("Fitting lights", &context, load));
-    }
-
     /// Takes the results of background work.
     pub(super) fn take_results(&mut self, context: &Context) {
         if let Some(result) = self.opening.as_ref().and_then(Job::poll) {
@@ -196,19 +177,7 @@ impl Editor {
                 Err(problem) => self.complain(&problem),
             }
         }
-        if let Some(result) = self.fitting.as_ref().and_then(Job::poll) {
-            self.fitting = None;
-            match result {
-                Ok(lighting) => {
-                    for warning in lighting.warnings.clone() {
-                        self.say(warning);
-                    }
-                    self.lighting = Some(lighting);
-                    self.send_light();
-                }
-                Err(problem) => self.complain(&problem),
-            }
-        }
+        self.take_lighting(context);
         if let Some(result) = self.dialog.as_ref().and_then(Job::poll) {
             self.dialog = None;
             match result {
@@ -266,17 +235,9 @@ impl Editor {
             }
             DialogAnswer::Environment(path) => self.set_environment(&path, Environment::Map),
             DialogAnswer::Lights(path) => self.set_environment(&path, Environment::Lights),
+            DialogAnswer::SaveLights(path) => self.save_lights(&path.with_extension("json")),
+            DialogAnswer::Sequence(paths) => self.set_sequence(&paths),
         }
-    }
-
-    fn set_environment(&mut self, path: &Path, kind: impl FnOnce(String) -> Environment) {
-        let Some(document) = &self.document else { return };
-        let environment = kind(document.reference_to(path));
-        let light = LightSettings {
-            environment,
-            ..document.project().light.clone()
-        };
-        self.edit(Edit::SetLight(light));
     }
 
     fn ask_where_to_save(&mut self, context: &Context) {
@@ -303,6 +264,30 @@ impl Editor {
         self.dialog = Some(Job::start("Waiting for a file", context, move |_| {
             let file = pollster::block_on(dialog);
             Ok(file.map(|file| answer(file.path().to_owned())))
+        }));
+    }
+
+    fn ask_for_sequence(&mut self, context: &Context, is_folder: bool) {
+        let dialog = rfd::AsyncFileDialog::new().add_filter("Environment maps", &["hdr", "exr"]);
+        self.dialog = Some(Job::start("Waiting for maps", context, move |_| {
+            let files = if is_folder {
+                pollster::block_on(dialog.pick_folder()).map(|folder| vec![folder])
+            } else {
+                pollster::block_on(dialog.pick_files())
+            };
+            let paths = files.map(|files| files.iter().map(|file| file.path().to_owned()).collect());
+            Ok(paths.map(DialogAnswer::Sequence))
+        }));
+    }
+
+    fn ask_where_to_save_lights(&mut self, context: &Context) {
+        let dialog = rfd::AsyncFileDialog::new()
+            .add_filter("Light lists", &["json"])
+            .set_file_name("lights.json")
+            .save_file();
+        self.dialog = Some(Job::start("Waiting for a file name", context, move |_| {
+            let file = pollster::block_on(dialog);
+            Ok(file.map(|file| DialogAnswer::SaveLights(file.path().to_owned())))
         }));
     }
 
@@ -339,28 +324,33 @@ impl Editor {
         let (close, dropped) = context.input(|input| {
             (
                 input.viewport().close_requested(),
-                input.raw.dropped_files.first().cloned(),
+                input.raw.dropped_files.clone(),
             )
         });
         if close && !self.may_close && self.document.as_ref().is_some_and(Document::is_modified) {
             context.send_viewport_cmd(ViewportCommand::CancelClose);
             self.guard = Some(PendingAction::Quit);
         }
-        if let Some(file) = dropped {
-            self.take_dropped(context, file.path().to_owned());
+        if !dropped.is_empty() {
+            self.take_dropped(
+                context,
+                dropped.iter().map(|file| file.path().to_owned()).collect(),
+            );
         }
     }
 
-    /// A file dropped on the window: a map becomes the environment, anything else is opened.
-    fn take_dropped(&mut self, context: &Context, path: PathBuf) {
-        let extension = path
-            .extension()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .to_ascii_lowercase();
-        match extension.as_str() {
-            "hdr" | "exr" => self.set_environment(&path, Environment::Map),
-            _ => self.guarded(context, PendingAction::Open(path)),
+    /// Files dropped on the window: a map becomes the environment, several or a folder a sequence, anything else is opened.
+    fn take_dropped(&mut self, context: &Context, paths: Vec<PathBuf>) {
+        let is_map = |path: &PathBuf| {
+            let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+            extension == "hdr" || extension == "exr"
+        };
+        match paths.as_slice() {
+            [path] if is_map(path) => self.set_environment(path, Environment::Map),
+            [path] if path.is_dir() => self.set_sequence(&paths),
+            [_, _, ..] if paths.iter().all(is_map) => self.set_sequence(&paths),
+            [path, ..] => self.guarded(context, PendingAction::Open(path.clone())),
+            [] => {}
         }
     }
 
@@ -394,9 +384,4 @@ impl Editor {
             self.guard = None;
         }
     }
-}
-
-/// True where both settings lead to the same fitted lights.
-fn same_fit(a: &LightSettings, b: &LightSettings) -> bool {
-    a.environment == b.environment && a.light_count == b.light_count
 }

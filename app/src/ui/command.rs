@@ -35,13 +35,27 @@ pub enum Command {
     OpenEnvironment,
     /// Asks for a light list.
     OpenLights,
+    /// Asks for the maps of a sequence.
+    OpenSequence,
+    /// Asks for a folder of maps.
+    OpenSequenceFolder,
+    /// Plays the sequence, or pauses it.
+    PlaySequence,
+    /// Shows the next map of the sequence.
+    NextMap,
+    /// Shows the map before.
+    PreviousMap,
+    /// Asks where to save the lights as they are now.
+    SaveLights,
+    /// Deletes the chosen light.
+    DeleteLight,
 }
 
 const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 
 impl Command {
     /// Every command.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 22] = [
         Self::Open,
         Self::OpenSample,
         Self::Save,
@@ -57,6 +71,13 @@ impl Command {
         Self::AddLayer,
         Self::OpenEnvironment,
         Self::OpenLights,
+        Self::OpenSequence,
+        Self::OpenSequenceFolder,
+        Self::PlaySequence,
+        Self::NextMap,
+        Self::PreviousMap,
+        Self::SaveLights,
+        Self::DeleteLight,
     ];
 
     /// What menus and tooltips call it.
@@ -77,6 +98,13 @@ impl Command {
             Self::AddLayer => "Add layer",
             Self::OpenEnvironment => "Environment map…",
             Self::OpenLights => "Light list…",
+            Self::OpenSequence => "Sequence of maps…",
+            Self::OpenSequenceFolder => "Folder of maps…",
+            Self::PlaySequence => "Play or pause sequence",
+            Self::NextMap => "Next map",
+            Self::PreviousMap => "Previous map",
+            Self::SaveLights => "Save light list…",
+            Self::DeleteLight => "Delete light",
         }
     }
 
@@ -111,7 +139,17 @@ impl Command {
                     ]
                 }
             }
-            Self::OpenSample | Self::AddLayer | Self::OpenEnvironment | Self::OpenLights => &[],
+            Self::DeleteLight => const { &[key(Modifiers::NONE, Key::Delete)] },
+            Self::OpenSample
+            | Self::AddLayer
+            | Self::OpenEnvironment
+            | Self::OpenLights
+            | Self::OpenSequence
+            | Self::OpenSequenceFolder
+            | Self::PlaySequence
+            | Self::NextMap
+            | Self::PreviousMap
+            | Self::SaveLights => &[],
         }
     }
 

@@ -12,13 +12,15 @@ use super::{
     actions::{DialogAnswer, PendingAction},
     command::Command,
     job::Job,
+    lighting::{FitKey, Fitted},
+    panel_light::LightTab,
     theme,
-    viewer::{Frame, LightInput, SceneInput, Viewer, ViewerEvent},
+    viewer::{Frame, SceneInput, Viewer, ViewerEvent},
     viewport::Gesture,
 };
 use crate::{
     Problem,
-    document::{Changes, Document, Edit, LightSettings, Lighting, Opened},
+    document::{Changes, Document, Edit, Lighting, Opened},
     tool::{Brush, PickFrame, Tool, ViewCamera},
 };
 
@@ -58,14 +60,15 @@ pub(super) struct ViewOptions {
 pub(super) enum Tab {
     Brush,
     Hair,
+    Light,
 }
 
 /// The editor.
 pub struct Editor {
     pub(super) document: Option<Document>,
     pub(super) lighting: Option<Lighting>,
-    /// The settings that `lighting` was or is being made for.
-    pub(super) fitted_for: Option<LightSettings>,
+    /// What `lighting` was or is being made for.
+    pub(super) fitted_for: Option<FitKey>,
     pub(super) context: Context,
     pub(super) viewer: Viewer,
     pub(super) camera: Option<ViewCamera>,
@@ -81,10 +84,9 @@ pub struct Editor {
     pub(super) gesture: Gesture,
     /// The widget whose drag the newest history entry belongs to.
     pub(super) slider: Option<egui::Id>,
-    /// A number of lights that is being dragged.
-    pub(super) wanted_lights: Option<u32>,
+    pub(super) light_tab: LightTab,
     pub(super) opening: Option<Job<Loaded>>,
-    pub(super) fitting: Option<Job<Lighting>>,
+    pub(super) fitting: Option<Job<Fitted>>,
     pub(super) dialog: Option<Job<Option<DialogAnswer>>>,
     /// What waits for the person's answer to "unsaved changes".
     pub(super) guard: Option<PendingAction>,
@@ -123,7 +125,7 @@ impl Editor {
             },
             gesture: Gesture::None,
             slider: None,
-            wanted_lights: None,
+            light_tab: LightTab::default(),
             opening: None,
             fitting: None,
             dialog: None,
@@ -195,8 +197,11 @@ impl Editor {
         let Some(document) = &mut self.document else {
             return;
         };
-        let continues = response.dragged() && self.slider == Some(response.id);
-        self.slider = response.dragged().then_some(response.id);
+        let continues = self.slider == Some(response.id);
+        let is_held = response
+            .ctx
+            .input(|input| input.pointer.any_down() || input.pointer.any_released());
+        self.slider = is_held.then_some(response.id);
         let result = if continues {
             document.apply_continuing(edit)
         } else {
@@ -252,20 +257,6 @@ impl Editor {
         self.viewer.set_scene(scene);
         self.viewer.set_params(document.params(), &all);
         self.viewer.set_ratios(document.project().hair.ratios.known);
-    }
-
-    /// Sends the lights as they are turned and exposed now.
-    pub(super) fn send_light(&mut self) {
-        let (Some(document), Some(lighting)) = (&self.document, &self.lighting) else {
-            return;
-        };
-        let light = &document.project().light;
-        self.viewer.set_light(LightInput {
-            lights: lighting.exposed(light),
-            background: lighting.map.clone(),
-            turn_rad: light.rotation_deg.to_radians(),
-            scale: light.exposure_ev.exp2(),
-        });
     }
 
     /// Takes what the drawing thread reports.
@@ -327,7 +318,20 @@ impl Editor {
             ("File", &[C::Open, C::OpenSample, C::Save, C::SaveAs, C::Quit]),
             ("Edit", &[C::Undo, C::Redo]),
             ("Hair", &[C::FrameHair, C::AddLayer]),
-            ("Light", &[C::OpenEnvironment, C::OpenLights]),
+            (
+                "Light",
+                &[
+                    C::OpenEnvironment,
+                    C::OpenLights,
+                    C::OpenSequence,
+                    C::OpenSequenceFolder,
+                    C::PlaySequence,
+                    C::NextMap,
+                    C::PreviousMap,
+                    C::SaveLights,
+                    C::DeleteLight,
+                ],
+            ),
         ];
         egui::MenuBar::new().ui(ui, |ui| {
             for (name, commands) in menus {
@@ -374,6 +378,7 @@ impl Editor {
         }
         ui.separator();
         ui.checkbox(&mut self.view.show_background, "Show environment");
+        self.handles_checkbox(ui);
         ui.checkbox(&mut self.view.blender_keys, "Blender navigation")
             .on_hover_text(
                 "Middle button orbits, Shift+middle pans; otherwise Alt with left, middle, right button",
@@ -405,14 +410,13 @@ impl Editor {
             ui.horizontal(|ui| {
                 ui.selectable_value(&mut self.tab, Tab::Brush, "Brush");
                 ui.selectable_value(&mut self.tab, Tab::Hair, "Hair");
+                ui.selectable_value(&mut self.tab, Tab::Light, "Light");
             });
             match self.tab {
                 Tab::Brush => self.brush_panel(ui),
                 Tab::Hair => self.hair_panel(ui),
+                Tab::Light => self.light_panel(ui),
             }
-            ui.separator();
-            ui.heading("Light");
-            self.light_panel(ui);
         });
     }
 }
@@ -440,9 +444,10 @@ impl eframe::App for Editor {
                 self.run(&context, command);
             }
         }
-        if !context.input(|input| input.pointer.any_down()) {
+        if context.input(|input| !input.pointer.any_down() && !input.pointer.any_released()) {
             self.slider = None;
         }
+        self.drive_sequence(&context);
 
         Panel::top("menu").show(ui, |ui| self.menu_bar(ui));
         Panel::bottom("status").show(ui, |ui| self.status_bar(ui));

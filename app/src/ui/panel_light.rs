@@ -1,72 +1,234 @@
-//! The environment: which one, how it is turned and exposed.
+//! The environment: which one, how it is turned, exposed and tinted, how well lights stand for it.
 
-use egui::{Slider, Ui};
+use balayage_render::light::{PRESETS, Picture};
+use egui::{Context, Slider, TextureHandle, TextureOptions, TextureWrapMode, Ui};
 
-use super::{Command, Editor};
-use crate::document::{Edit, Environment, LightSettings};
+use super::{Command, Editor, job::Job, light_map::Grab, sequence::Playing};
+use crate::document::{Edit, Environment, FitReport, LightId, LightSettings};
+
+/// What the light tab keeps between frames; no part of the project.
+#[derive(Default)]
+pub(super) struct LightTab {
+    /// The light that is chosen.
+    pub(super) selected: Option<LightId>,
+    /// What the pointer holds in the panel of lights.
+    pub(super) grab: Option<Grab>,
+    /// Where the context menu of the panel was opened, world direction.
+    pub(super) menu_at: Option<glam::Vec3>,
+    /// When the wheel last changed a width, seconds.
+    pub(super) wheel_secs: f64,
+    /// Lights are drawn round the hair, too.
+    pub(super) show_handles: bool,
+    /// The sequence plays.
+    pub(super) playing: Option<Playing>,
+    /// The environment as a picture, unturned.
+    pub(super) panorama: Option<TextureHandle>,
+    report: Option<FitReport>,
+    measuring: Option<Job<Option<FitReport>>>,
+    /// A number of lights that is being dragged.
+    wanted_count: Option<u32>,
+}
+
+impl LightTab {
+    /// Takes the picture of a new environment; it repeats sideways, so that it can be turned.
+    pub(super) fn take_panorama(&mut self, context: &Context, picture: &Picture) {
+        let image = egui::ColorImage::from_rgb([picture.width, picture.height], &picture.rgb);
+        let options = TextureOptions {
+            wrap_mode: TextureWrapMode::Repeat,
+            ..TextureOptions::LINEAR
+        };
+        match &mut self.panorama {
+            Some(texture) => texture.set(image, options),
+            None => self.panorama = Some(context.load_texture("environment", image, options)),
+        }
+    }
+
+    /// Forgets the last report and waits for that of `measuring`.
+    pub(super) fn measure(&mut self, measuring: Option<Job<Option<FitReport>>>) {
+        if let Some(job) = &self.measuring {
+            job.cancel();
+        }
+        self.report = None;
+        self.measuring = measuring;
+    }
+
+    /// Takes the report once it is there; what could not be measured is not shown.
+    pub(super) fn take_report(&mut self) {
+        if let Some(result) = self.measuring.as_ref().and_then(Job::poll) {
+            self.measuring = None;
+            self.report = result.ok().flatten();
+        }
+    }
+}
 
 impl Editor {
     pub(super) fn light_panel(&mut self, ui: &mut Ui) {
         let Some(document) = &self.document else { return };
         let light = document.project().light.clone();
-        let name = match &light.environment {
-            Environment::Sky => "Sky".to_owned(),
-            Environment::Constant(_) => "Uniform".to_owned(),
-            Environment::Preset(name) => name.clone(),
-            Environment::Map(path) | Environment::Lights(path) => path.clone(),
+        self.environment_choice(ui, &light);
+        self.sequence_controls(ui);
+        self.light_sliders(ui, &light);
+        self.light_count(ui, &light);
+        self.fit_report(ui);
+        self.handles_checkbox(ui);
+        self.light_map(ui);
+        self.light_inspector(ui);
+    }
+
+    fn environment_choice(&mut self, ui: &mut Ui, light: &LightSettings) {
+        let file_name = |path: &str| path.rsplit('/').next().unwrap_or(path).to_owned();
+        let (name, whole) = match &light.environment {
+            Environment::Sky => ("Sky".to_owned(), "A clear afternoon"),
+            Environment::Constant(_) => ("Uniform".to_owned(), "The same light from everywhere"),
+            Environment::Map(path) | Environment::Lights(path) => (file_name(path), path.as_str()),
+            Environment::Preset(name) => (name.clone(), "A light of the editor"),
+            Environment::Sequence(sequence) => (
+                format!("Sequence of {} maps", sequence.maps.len()),
+                "Maps that follow each other",
+            ),
         };
         egui::ComboBox::from_label("Environment")
             .selected_text(&name)
             .show_ui(ui, |ui| {
-                let presets = [
+                let named = PRESETS.map(|name| (name, Environment::Preset(name.to_owned())));
+                let simple = [
                     ("Sky", Environment::Sky),
                     ("Uniform", Environment::Constant([1.0; 3])),
                 ];
-                for (name, environment) in presets {
-                    let chosen =
-                        std::mem::discriminant(&light.environment) == std::mem::discriminant(&environment);
+                for (name, environment) in simple.into_iter().chain(named) {
+                    let chosen = match (&light.environment, &environment) {
+                        (Environment::Constant(_), Environment::Constant(_)) => true,
+                        (present, offered) => present == offered,
+                    };
                     if ui.selectable_label(chosen, name).clicked() && !chosen {
-                        self.edit(Edit::SetLight(LightSettings {
-                            environment,
-                            ..light.clone()
-                        }));
+                        self.edit(Edit::SetLight(light.with_environment(environment)));
                     }
                 }
-                for command in [Command::OpenEnvironment, Command::OpenLights] {
+                for command in [
+                    Command::OpenEnvironment,
+                    Command::OpenLights,
+                    Command::OpenSequence,
+                    Command::OpenSequenceFolder,
+                ] {
                     if ui.button(command.label()).clicked() {
                         self.run(ui.ctx(), command);
                     }
                 }
+            })
+            .response
+            .on_hover_text(whole);
+        if let Environment::Constant(rgb) = light.environment {
+            self.colour(ui, "Radiance", "Linear radiance from everywhere", rgb, |rgb| {
+                LightSettings {
+                    environment: Environment::Constant(rgb),
+                    ..light.clone()
+                }
             });
+        }
+    }
 
-        let mut changed = light.clone();
-        let rotation = Slider::new(&mut changed.rotation_deg, 0.0..=360.0)
-            .text("Rotation")
-            .suffix("°");
-        let rotation = ui.add(rotation).on_hover_text("Shift+right drag in the viewport");
-        let exposure = ui.add(
-            Slider::new(&mut changed.exposure_ev, -8.0..=8.0)
-                .text("Exposure")
-                .suffix(" EV"),
-        );
-        let mut count = self.wanted_lights.unwrap_or(light.light_count);
-        let lights = ui.add(Slider::new(&mut count, 1..=100).text("Lights"));
-        for slider in [&rotation, &exposure] {
-            if slider.changed() {
-                self.edit_by(slider, Edit::SetLight(changed.clone()));
+    /// Rotation, exposure and tint: none of them needs a new fit.
+    fn light_sliders(&mut self, ui: &mut Ui, light: &LightSettings) {
+        type Field = fn(&mut LightSettings) -> &mut f32;
+        let fields: [(&str, &str, &str, std::ops::RangeInclusive<f32>, Field); 2] = [
+            (
+                "Rotation",
+                "°",
+                "Turns the environment; Shift+right drag in the viewport. Double-click resets",
+                0.0..=360.0,
+                |light| &mut light.rotation_deg,
+            ),
+            (
+                "Exposure",
+                " EV",
+                "Brightness of all light, in stops. Double-click resets",
+                -8.0..=8.0,
+                |light| &mut light.exposure_ev,
+            ),
+        ];
+        for (name, unit, hint, range, field) in fields {
+            let mut changed = light.clone();
+            let slider = Slider::new(field(&mut changed), range).text(name).suffix(unit);
+            let slider = ui.add(slider).on_hover_text(hint);
+            if slider.double_clicked() {
+                *field(&mut changed) = 0.0;
+            }
+            if slider.changed() || slider.double_clicked() {
+                self.edit_by(&slider, Edit::SetLight(changed));
             }
         }
-        // A new count means a new fit: it waits until the slider is released.
-        self.wanted_lights = (count != light.light_count).then_some(count);
-        if self.wanted_lights.is_some() && !lights.dragged() {
-            self.wanted_lights = None;
+        let hint = "A colour filter before all light; white changes nothing";
+        self.colour(ui, "Tint", hint, light.tint, |tint| LightSettings {
+            tint,
+            ..light.clone()
+        });
+    }
+
+    /// A colour of the light settings.
+    fn colour(
+        &mut self,
+        ui: &mut Ui,
+        name: &str,
+        hint: &str,
+        mut rgb: [f32; 3],
+        settings: impl FnOnce([f32; 3]) -> LightSettings,
+    ) {
+        ui.horizontal(|ui| {
+            let button = ui.color_edit_button_rgb(&mut rgb).on_hover_text(hint);
+            button.widget_info(|| egui::WidgetInfo::labeled(egui::Role::ColorWell, true, name));
+            ui.label(name);
+            if button.changed() {
+                self.edit_by(&button, Edit::SetLight(settings(rgb)));
+            }
+        });
+    }
+
+    /// A new count means a new fit: it waits until the slider is released.
+    fn light_count(&mut self, ui: &mut Ui, light: &LightSettings) {
+        let is_fitted = matches!(
+            light.environment,
+            Environment::Sky | Environment::Map(_) | Environment::Sequence(_)
+        );
+        let mut count = self.light_tab.wanted_count.unwrap_or(light.light_count);
+        let slider = ui
+            .add_enabled(is_fitted, Slider::new(&mut count, 1..=100).text("Lights"))
+            .on_hover_text("Lights that stand for the map: more are finer and slower. Double-click: 40");
+        if slider.double_clicked() {
+            count = LightSettings::default().light_count;
+        }
+        self.light_tab.wanted_count = (count != light.light_count).then_some(count);
+        if self.light_tab.wanted_count.is_some() && !slider.dragged() {
+            self.light_tab.wanted_count = None;
             self.edit(Edit::SetLight(LightSettings {
                 light_count: count,
-                ..light
+                ..light.clone()
             }));
         }
-        if let Some(seconds) = self.lighting.as_ref().and_then(|lighting| lighting.fit_seconds) {
-            ui.weak(format!("fitted in {seconds:.2} s"));
+    }
+
+    fn fit_report(&self, ui: &mut Ui) {
+        let Some(seconds) = self.lighting.as_ref().and_then(|lighting| lighting.fit_seconds) else {
+            return;
+        };
+        let mut text = format!("Fitted in {:.0} ms", 1e3 * seconds);
+        match self.light_tab.report {
+            Some(FitReport {
+                hair_error,
+                energy_error,
+            }) => {
+                let energy = energy_error.into_iter().fold(0.0, |a, b| f64::max(a, b.abs()));
+                text += &format!(
+                    ", hair {:.2} %, energy {:.2} %",
+                    100.0 * hair_error,
+                    100.0 * energy
+                );
+            }
+            None if self.light_tab.measuring.is_some() => text += ", measuring…",
+            None => {}
         }
+        ui.weak(text).on_hover_text(
+            "How far the fitted lights are from the map: as random fibres of hair see it (RMS), and in the whole energy of the worst \
+             colour channel. Edits by hand do not count",
+        );
     }
 }

@@ -103,7 +103,9 @@ impl Editor {
         if let Some(job) = &self.opening {
             stop_opening = bar(ui, job);
         }
+        // The maps of a sequence that plays follow each other too fast for a bar.
         if let Some(job) = &self.fitting
+            && !self.is_playing()
             && bar(ui, job)
         {
             job.cancel();

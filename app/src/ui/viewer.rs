@@ -13,6 +13,7 @@ use balayage_render::{
     light::{EnvironmentMap, LightSet},
     param::{LobeRatios, VertexParams},
 };
+use glam::Vec3;
 
 use crate::{paint::DirtyRanges, tool::PickFrame};
 
@@ -74,7 +75,8 @@ pub(super) struct LightInput {
     pub(super) lights: LightSet,
     pub(super) background: Option<Arc<EnvironmentMap>>,
     pub(super) turn_rad: f32,
-    pub(super) scale: f32,
+    /// Exposure and tint.
+    pub(super) scale: Vec3,
 }
 
 /// A picture that is done.
@@ -382,6 +384,7 @@ impl Worker {
         let new_ratios = inbox.ratios.is_some_and(|ratios| ratios != self.ratios);
         self.ratios = inbox.ratios.unwrap_or(self.ratios);
         let new_light = inbox.light.is_some();
+        let shown_map = self.light.as_ref().and_then(|light| light.background.clone());
         self.light = inbox.light.or(self.light.take());
         self.view = inbox.view.or(self.view);
         let (Some(scene), Some(light)) = (&self.scene, &self.light) else {
@@ -412,7 +415,15 @@ impl Worker {
         }
         if fresh || new_light {
             renderer.set_lights(&light.lights)?;
-            renderer.set_background(light.background.as_deref())?;
+            // A map is large: turning the light does not send it again.
+            let is_shown = match (&shown_map, &light.background) {
+                (Some(shown), Some(map)) => Arc::ptr_eq(shown, map),
+                (None, None) => true,
+                _ => false,
+            };
+            if fresh || !is_shown {
+                renderer.set_background(light.background.as_deref())?;
+            }
             renderer.turn_background(light.turn_rad, light.scale);
         }
         Ok(())

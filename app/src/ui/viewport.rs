@@ -24,6 +24,11 @@ pub(super) enum Gesture {
     Zoom,
     /// Turning the environment.
     TurnLight,
+    /// Moving the chosen light by its handle: on the near half of its ball, and the way from the pointer to it, points.
+    MoveLight {
+        is_near: bool,
+        offset: Vec2,
+    },
     /// Changing radius and hardness of the brush.
     SizeBrush,
     /// A stroke; its path in points of the screen.
@@ -62,6 +67,7 @@ impl Editor {
             return;
         }
         self.steer(ui, rect, &response);
+        self.paint_handles(ui, rect);
         self.ring(ui, rect, &response);
     }
 
@@ -93,7 +99,9 @@ impl Editor {
             },
             motion: match self.gesture {
                 Gesture::Stroke(_) => Motion::Painting,
-                Gesture::None | Gesture::SizeBrush if self.slider.is_none() => Motion::Still,
+                Gesture::None | Gesture::SizeBrush if self.slider.is_none() && !self.is_playing() => {
+                    Motion::Still
+                }
                 _ => Motion::Moving,
             },
         });
@@ -150,8 +158,11 @@ impl Editor {
                 self.brush.scale_radius((0.01 * delta.x).exp());
                 self.brush.hardness = (self.brush.hardness - 0.005 * delta.y).clamp(0.0, 1.0);
             }
+            Gesture::MoveLight { is_near, offset } if delta != egui::Vec2::ZERO => {
+                self.drag_handle(response, rect, offset, is_near);
+            }
             Gesture::Stroke(path) => self.continue_stroke(path, response, rect),
-            Gesture::TurnLight | Gesture::None => {}
+            Gesture::MoveLight { .. } | Gesture::TurnLight | Gesture::None => {}
         }
         if !ui.input(|input| input.pointer.any_down()) {
             if let (Gesture::Stroke(_), Some(document)) = (self.gesture, &mut self.document) {
@@ -186,6 +197,9 @@ impl Editor {
             (PointerButton::Middle, false) if alt => Gesture::Pan,
             (PointerButton::Secondary, false) if alt => Gesture::Zoom,
             (PointerButton::Primary, _) => match at {
+                Some(at) if self.is_over_handle(at, rect) => {
+                    self.grab_handle(at, rect).unwrap_or(Gesture::None)
+                }
                 Some(at) if self.tool == Tool::Eyedropper => {
                     self.pick_value(at, rect);
                     Gesture::None
@@ -317,6 +331,10 @@ impl Editor {
         let Some(at) = response.hover_pos().or(response.interact_pointer_pos()) else {
             return;
         };
+        if self.is_over_handle(at, rect) || matches!(self.gesture, Gesture::MoveLight { .. }) {
+            ui.ctx().set_cursor_icon(egui::CursorIcon::Grab);
+            return;
+        }
         if self.tool == Tool::Eyedropper {
             ui.ctx().set_cursor_icon(egui::CursorIcon::Crosshair);
             return;

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::time::Instant;
 
+use glam::Vec3;
 use serde::Serialize;
 
 use super::camera::{Camera, CameraUniform};
@@ -166,7 +167,7 @@ struct Background {
     pixels: wgpu::Buffer,
     size: Option<[u32; 2]>,
     turn_rad: f32,
-    scale: f32,
+    scale: Vec3,
 }
 
 impl Renderer {
@@ -193,7 +194,7 @@ impl Renderer {
                 pixels: gpu.storage("background", 16)?,
                 size: None,
                 turn_rad: 0.0,
-                scale: 1.0,
+                scale: Vec3::ONE,
             },
             target: None,
             last: None,
@@ -319,8 +320,8 @@ impl Renderer {
         Ok(())
     }
 
-    /// Turns the background about y and scales its radiance, as was done to the lights.
-    pub fn turn_background(&mut self, turn_rad: f32, scale: f32) {
+    /// Turns the background about y and scales its radiance (rgb), as was done to the lights.
+    pub fn turn_background(&mut self, turn_rad: f32, scale: Vec3) {
         self.stale.picture |= (self.background.turn_rad, self.background.scale) != (turn_rad, scale);
         self.background.turn_rad = turn_rad;
         self.background.scale = scale;
@@ -564,9 +565,10 @@ fn draw_samples(
             has_head: u32::from(scene.head.is_some()),
             has_background: u32::from(shown_background.is_some()),
             background_turn_rad: background.turn_rad,
-            background_scale: background.scale,
+            background_scale: background.scale.to_array(),
             pad: 0,
             background_size: shown_background.unwrap_or([1, 1]),
+            pad_end: [0; 2],
         };
         let inputs = ResolveInputs {
             strands: &scene.strands,

@@ -27,12 +27,14 @@ pub struct ResolveUniform {
     pub has_background: u32,
     /// Rotation of the environment about y, radians.
     pub background_turn_rad: f32,
-    /// Factor on the environment's radiance.
-    pub background_scale: f32,
+    /// Factor on the environment's radiance, rgb.
+    pub background_scale: [f32; 3],
     /// Alignment.
     pub pad: u32,
     /// Width and height of the environment map, pixels.
     pub background_size: [u32; 2],
+    /// Alignment.
+    pub pad_end: [u32; 2],
 }
 
 /// Buffers of the size of a picture.

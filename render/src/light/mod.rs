@@ -34,7 +34,7 @@ pub use hair::{HairKernel, HairProbe};
 pub use harmonics::Harmonics;
 pub use map::{MAX_PIXELS, MapReport};
 pub use preset::{GradientSky, PRESETS, Preset};
-pub use preview::{Picture, preview};
+pub use preview::{Picture, panorama, preview};
 pub use sequence::{Playback, Playing, Sequence, frames};
 pub use srbf::{MAX_BANDWIDTH, luminance};
 

@@ -26,15 +26,10 @@ pub struct Picture {
 /// The difference is grey where both agree, lighter where the lights are too bright and darker where they are too dark. A map wider
 /// than 512 pixels is averaged down.
 pub fn preview(map: &EnvironmentMap, lights: &LightSet) -> Picture {
-    let map = shrunk(map);
+    let map = shrunk(map, PANEL_WIDTH);
     let (width, rows) = (map.width, map.height);
     let fitted = lights.pixels(width, rows);
-    let mean = map.energy().as_vec3() / (4.0 * std::f32::consts::PI);
-    let exposure = if luminance(mean) > 0.0 {
-        0.18 / luminance(mean)
-    } else {
-        1.0
-    };
+    let exposure = middle_grey(&map);
 
     let panels: [Box<dyn Fn(usize) -> Vec3>; 3] = [
         Box::new(|index| tone(map.pixels[index] * exposure)),
@@ -55,6 +50,32 @@ pub fn preview(map: &EnvironmentMap, lights: &LightSet) -> Picture {
     Picture { width, height, rgb }
 }
 
+/// The map alone, exposed as in [`preview`], averaged down by a whole factor to at most `width` columns.
+pub fn panorama(map: &EnvironmentMap, width: usize) -> Picture {
+    let map = shrunk(map, width);
+    let exposure = middle_grey(&map);
+    let bytes = |pixel: &Vec3| {
+        tone(*pixel * exposure)
+            .to_array()
+            .map(|value| (value * 255.0).round() as u8)
+    };
+    Picture {
+        width: map.width,
+        height: map.height,
+        rgb: map.pixels.iter().flat_map(bytes).collect(),
+    }
+}
+
+/// The factor that makes the map's mean luminance middle grey.
+fn middle_grey(map: &EnvironmentMap) -> f32 {
+    let mean = map.energy().as_vec3() / (4.0 * std::f32::consts::PI);
+    if luminance(mean) > 0.0 {
+        0.18 / luminance(mean)
+    } else {
+        1.0
+    }
+}
+
 /// Display value in [0, 1] of exposed radiance: x / (1 + x), which keeps suns and shadows apart, then the sRGB curve.
 fn tone(radiance: Vec3) -> Vec3 {
     let encode = |value: f32| {
@@ -68,9 +89,9 @@ fn tone(radiance: Vec3) -> Vec3 {
     radiance.min(Vec3::splat(1e30)).map(encode)
 }
 
-/// The map averaged down by a whole factor to at most [`PANEL_WIDTH`] columns.
-fn shrunk(map: &EnvironmentMap) -> EnvironmentMap {
-    let factor = map.width.div_ceil(PANEL_WIDTH);
+/// The map averaged down by a whole factor to at most `widest` columns.
+fn shrunk(map: &EnvironmentMap, widest: usize) -> EnvironmentMap {
+    let factor = map.width.div_ceil(widest.max(1));
     let (width, height) = (map.width.div_ceil(factor), map.height.div_ceil(factor));
     let mut pixels = vec![Vec3::ZERO; width * height];
     let mut counts = vec![0.0; width * height];
