@@ -100,6 +100,8 @@ pub enum Environment {
     /// A gradient sky with a sun.
     #[default]
     Sky,
+    /// A named environment of `balayage_render::light::PRESETS`.
+    Preset(String),
     /// The same radiance from everywhere, linear Rec.709.
     Constant([f32; 3]),
     /// Path of an equirectangular map, Radiance or OpenEXR.
@@ -276,7 +278,7 @@ impl Project {
         }
         match &mut self.light.environment {
             Environment::Map(path) | Environment::Lights(path) => *path = change(path),
-            Environment::Sky | Environment::Constant(_) => {}
+            Environment::Sky | Environment::Preset(_) | Environment::Constant(_) => {}
         }
     }
 }
