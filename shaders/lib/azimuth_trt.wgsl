@@ -17,26 +17,26 @@ fn azimuth_trt(r: Refraction, sigma_a: vec3f, w_c: f32, kappa: f32, half: vec2f)
     let light = von_mises(kappa);
     let blurred_kappa = convolved(kappa, light.convolution, 2.0 / (w_c * w_c));
     let blurred = von_mises(blurred_kappa);
-    return light.i0e / blurred.i0e * trt_paths(r, sigma_a, blurred_kappa, blurred.root, half, trt_gamma_count());
-}
-
-// Sum over gamma of the energies that leave, each times exp(kappa (cos(azimuth - Phi) - 1)); `root` is sqrt(kappa).
-fn trt_paths(r: Refraction, sigma_a: vec3f, kappa: f32, root: f32, half: vec2f, count: u32) -> vec3f {
     let a = absorption(r, sigma_a, 2u);
     let across = doubled_angle(half);
     var sum = vec3f(0.0);
+    let count = trt_gamma_count();
     for (var k = 0u; k < count; k++) {
-        let node = gamma_node(count, k);
-        let passage = passage_at(r, 2u, node.x, node.y);
-        // A concentration limited by the footprint keeps the energy: density scales with its root.
-        let footprint = max(TRT_FOOTPRINT * node.w * passage.spread, 3e-3);
-        let scale = min(1.0, 1.0 / (footprint * root + 1e-6));
-        let limited = scale * scale * kappa;
-        let even = across.x * passage.exit.x - 1.0;
-        let odd = across.y * passage.exit.y;
-        sum += node.z * passage.surface * scale * (exp(limited * (even + odd)) + exp(limited * (even - odd))) * absorbed(a, passage.cos_t);
+        sum += trt_path(gamma_node(count, k), r, a, blurred_kappa, blurred.root, across);
     }
-    return sum;
+    return light.i0e / blurred.i0e * sum;
+}
+
+// Energy of a node of gamma and of its mirror image, each times exp(kappa (cos(azimuth - Phi) - 1)); `root` is sqrt(kappa).
+fn trt_path(node: vec4f, r: Refraction, a: Absorption, kappa: f32, root: f32, across: vec2f) -> vec3f {
+    let passage = passage_at(r, 2u, node.x, node.y);
+    // A concentration limited by the footprint keeps the energy: density scales with its root.
+    let footprint = max(TRT_FOOTPRINT * node.w * passage.spread, 3e-3);
+    let scale = min(1.0, 1.0 / (footprint * root + 1e-6));
+    let limited = scale * scale * kappa;
+    let even = across.x * passage.exit.x - 1.0;
+    let odd = across.y * passage.exit.y;
+    return node.z * passage.surface * scale * (exp(limited * (even + odd)) + exp(limited * (even - odd))) * absorbed(a, passage.cos_t);
 }
 
 // The same for an elliptic section, eta*(phi_h) inside the integral (Xu 2011, Eq 25): per node and mirror image the index is

@@ -9,7 +9,7 @@ const TT_NARROW: f32 = 3.5;
 fn outer_counts() -> vec3u {
     switch quality {
         case 0u: { return vec3u(3u, 2u, 2u); }
-        case 1u: { return vec3u(5u, 2u, 3u); }
+        case 1u: { return vec3u(4u, 2u, 3u); }
         default: { return vec3u(6u, 4u, 5u); }
     }
 }

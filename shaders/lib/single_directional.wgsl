@@ -8,7 +8,7 @@
 override directions: u32 = 1024u;
 
 // Nodes over gamma of TRT at a point.
-const DIRECTIONAL_GAMMAS: u32 = 12u;
+const DIRECTIONAL_GAMMAS: u32 = 10u;
 
 // The golden ratio's fractional part.
 const GOLDEN: f32 = 0.61803398875;
@@ -88,6 +88,13 @@ fn scattered_from(v: PreparedView, theta_i: f32, phi_i: f32, lobe_kappa: f32, sm
         let index = eccentric_index(v.f.eta, v.f.eccentricity);
         r_trt = refraction(max(index.x + index.y * cos(v.phi_o + phi_i), 1.0), cos_theta_d);
     }
-    let trt = trt_paths(r_trt, v.f.sigma_a, lobe_kappa, smoothing.root, half, DIRECTIONAL_GAMMAS) / (TWO_PI * smoothing.i0e);
-    return Lobes(vec3f(m.x * n_r), m.y * tt, m.z * trt);
+    let a_trt = absorption(r_trt, v.f.sigma_a, 2u);
+    let across = doubled_angle(half);
+    var trt = vec3f(0.0);
+    // Two nodes a round: some drivers count rounds.
+    for (var k = 0u; k < DIRECTIONAL_GAMMAS; k += 2u) {
+        trt += trt_path(gamma_node(DIRECTIONAL_GAMMAS, k), r_trt, a_trt, lobe_kappa, smoothing.root, across)
+            + trt_path(gamma_node(DIRECTIONAL_GAMMAS, k + 1u), r_trt, a_trt, lobe_kappa, smoothing.root, across);
+    }
+    return Lobes(vec3f(m.x * n_r), m.y * tt, m.z * trt / (TWO_PI * smoothing.i0e));
 }

@@ -410,7 +410,7 @@ pub const PARITIES: &[Parity] = &[
         },
     },
     Parity {
-        covers: &["azimuth_trt", "trt_paths"],
+        covers: &["azimuth_trt", "trt_path"],
         file: "lib/azimuth_trt.wgsl",
         call: "y.x = azimuth_trt(refraction(x[0], x[1]), vec3f(x[2]), x[3], x[4], vec2f(cos(0.5 * x[5]), sin(0.5 * x[5]))).x;",
         domain: "eta 1.3 to 1.8, cos theta_d 0.4 to 1, sigma_a 0 to 2, w_c 0.1 to 0.45, kappa 0.5 to 200, all azimuths",

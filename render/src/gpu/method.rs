@@ -51,7 +51,7 @@ pub const SEGMENTS: RangeInclusive<u32> = 2..=16;
 pub const DIRECTIONS: RangeInclusive<u32> = 16..=4096;
 
 /// `DIRECTIONAL_GAMMAS` of `shaders/lib/single_directional.wgsl`.
-pub const DIRECTIONAL_GAMMAS: u32 = 12;
+pub const DIRECTIONAL_GAMMAS: u32 = 10;
 
 impl Scheme {
     /// The scheme, if its number is in range.
@@ -99,8 +99,10 @@ impl Method {
     pub fn lights_per_dispatch(&self) -> u32 {
         match self.scheme {
             Scheme::Nodes | Scheme::Xu2011 { .. } => u32::MAX,
-            // A direction is a round with one more for each of its nodes of gamma.
-            Scheme::Directional { directions } => (65_000 / (directions * (1 + DIRECTIONAL_GAMMAS))).max(1),
+            // A direction is a round; so is every pair of its nodes of gamma, and the end of their loop.
+            Scheme::Directional { directions } => {
+                (60_000 / (directions * (2 + DIRECTIONAL_GAMMAS / 2))).max(1)
+            }
         }
     }
 
