@@ -332,23 +332,21 @@ impl Editor {
             self.guard = Some(PendingAction::Quit);
         }
         if !dropped.is_empty() {
-            self.take_dropped(
-                context,
-                dropped.iter().map(|file| file.path().to_owned()).collect(),
-            );
+            let paths: Vec<PathBuf> = dropped.iter().map(|file| file.path().to_owned()).collect();
+            self.take_dropped(context, &paths);
         }
     }
 
     /// Files dropped on the window: a map becomes the environment, several or a folder a sequence, anything else is opened.
-    fn take_dropped(&mut self, context: &Context, paths: Vec<PathBuf>) {
+    fn take_dropped(&mut self, context: &Context, paths: &[PathBuf]) {
         let is_map = |path: &PathBuf| {
             let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
             extension == "hdr" || extension == "exr"
         };
-        match paths.as_slice() {
+        match paths {
             [path] if is_map(path) => self.set_environment(path, Environment::Map),
-            [path] if path.is_dir() => self.set_sequence(&paths),
-            [_, _, ..] if paths.iter().all(is_map) => self.set_sequence(&paths),
+            [path] if path.is_dir() => self.set_sequence(paths),
+            [_, _, ..] if paths.iter().all(is_map) => self.set_sequence(paths),
             [path, ..] => self.guarded(context, PendingAction::Open(path.clone())),
             [] => {}
         }

@@ -97,6 +97,7 @@ impl Editor {
     }
 
     fn light_row(&mut self, ui: &mut Ui, listed: &ListedLight) {
+        type Switch = fn(&mut HandLight);
         let (swatch, _) = ui.allocate_exact_size(egui::Vec2::splat(12.0), Sense::hover());
         let colour = hue(&listed.light);
         ui.painter().circle_filled(
@@ -112,7 +113,7 @@ impl Editor {
         if ui.selectable_label(is_selected, &listed.name).clicked() {
             self.light_tab.selected = Some(listed.id.clone());
         }
-        let switches: [(&str, &str, bool, fn(&mut HandLight)); 2] = [
+        let switches: [(&str, &str, bool, Switch); 2] = [
             ("Solo", "S", listed.solo, |hand| hand.solo = !hand.solo),
             ("Mute", "M", listed.muted, |hand| hand.muted = !hand.muted),
         ];
@@ -132,6 +133,7 @@ impl Editor {
     /// Direction, width, energy and colour; a double click puts one of them back.
     fn light_settings(&mut self, ui: &mut Ui, selected: &ListedLight) {
         type Field = fn(&mut Words) -> &mut f32;
+        type Apply<'a> = &'a dyn Fn(&Words, &mut SrbfLight);
         let turn = self.light_turn();
         let words = Words::new(&selected.light, turn * selected.light.direction);
         let usual = self.usual_words(selected);
@@ -141,7 +143,6 @@ impl Editor {
         };
         let width = |words: &Words, light: &mut SrbfLight| widen(light, words.width_deg.to_radians());
         let energy = |words: &Words, light: &mut SrbfLight| words.apply_energy(light);
-        type Apply<'a> = &'a dyn Fn(&Words, &mut SrbfLight);
         let fields: [(&str, &str, &str, f32, f32, Field, Apply<'_>); 4] = [
             (
                 "Azimuth",
@@ -195,7 +196,7 @@ impl Editor {
             }
             if slider.changed() || slider.double_clicked() {
                 self.edit_light(&slider, &selected.id, |hand| {
-                    change(hand, |light| apply(&words, light))
+                    change(hand, |light| apply(&words, light));
                 });
             }
         }

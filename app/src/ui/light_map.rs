@@ -231,7 +231,7 @@ impl Editor {
                 let towards = turn * selected.light.direction;
                 let bandwidth = towards.angle_between(direction_at(in_panel(at + offset, rect)));
                 self.edit_light(response, &selected.id, |hand| {
-                    change(hand, |light| widen(light, bandwidth))
+                    change(hand, |light| widen(light, bandwidth));
                 });
             }
         }
@@ -244,7 +244,7 @@ impl Editor {
         };
         let direction = (self.light_turn().inverse() * world).normalize();
         self.edit_light(response, &selected.id, |hand| {
-            change(hand, |light| light.direction = direction)
+            change(hand, |light| light.direction = direction);
         });
     }
 
@@ -265,11 +265,12 @@ impl Editor {
         self.slider = continues.then_some(response.id);
         let bandwidth = listed.light.bandwidth * (0.004 * wheel).exp();
         self.edit_light(response, &listed.id, |hand| {
-            change(hand, |light| widen(light, bandwidth))
+            change(hand, |light| widen(light, bandwidth));
         });
     }
 
     fn light_menu(&mut self, ui: &mut Ui) {
+        type Switch = fn(&mut HandLight);
         let Some(selected) = self.selected_light() else {
             if ui.button("Add light here").clicked() {
                 self.add_light();
@@ -278,7 +279,7 @@ impl Editor {
             return;
         };
         ui.strong(&selected.name);
-        let switches: [(&str, &str, fn(&mut HandLight)); 2] = [
+        let switches: [(&str, &str, Switch); 2] = [
             (
                 if selected.muted { "Unmute" } else { "Mute" },
                 "Takes the light out, or back in",
