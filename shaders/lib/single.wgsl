@@ -1,3 +1,4 @@
+//!use lib/lobes.wgsl
 //!use lib/longitudinal.wgsl
 //!use lib/azimuth_r.wgsl
 //!use lib/azimuth_tt.wgsl
@@ -6,8 +7,6 @@
 
 // A lobe whose product with the light stays below exp of this is not evaluated.
 const NEGLIGIBLE_EXPONENT: f32 = -20.0;
-
-struct Lobes { r: vec3f, tt: vec3f, trt: vec3f }
 
 // What depends on fibre and view alone.
 struct PreparedView {
@@ -71,15 +70,13 @@ fn scattered(v: PreparedView, theta_j: f32, phi_j: f32, inv_lambda_sq: f32, coun
 // Mean direction (theta, phi) of the light that each lobe sends to the view: where to ask for its visibility.
 fn lobe_mean_directions(v: PreparedView, theta_j: f32, phi_j: f32, lambda: f32) -> array<vec2f, 3> {
     let inv_lambda_sq = 1.0 / (lambda * lambda);
-    // Where each lobe is brightest in phi_i, and how concentrated: R faint and towards the view, TT behind, TRT towards the view.
-    let kappa = vec3f(0.4, -2.5, 1.0 / (0.06 + 0.5 * v.f.azimuthal_width * v.f.azimuthal_width));
+    let kappa = lobe_concentrations(v.f);
     var out: array<vec2f, 3>;
     for (var t = 0u; t < 3u; t++) {
         let g = product_gaussian(v.mean[t], v.f.beta[t], v.theta_o, theta_j, inv_lambda_sq);
         let theta = clamp(g.centre, -HALF_PI, HALF_PI);
         let light = 2.0 * max(cos(theta) * cos(theta_j), 0.0) * inv_lambda_sq;
-        let across = v.phi_o - phi_j;
-        out[t] = vec2f(theta, phi_j + atan2(kappa[t] * sin(across), light + kappa[t] * cos(across)));
+        out[t] = vec2f(theta, phi_j + azimuth_towards(kappa[t], light, v.phi_o - phi_j));
     }
     return out;
 }

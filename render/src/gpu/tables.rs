@@ -8,8 +8,9 @@
 //! | mean cosine powers | [`COSINE_POWER_OFFSET`] | means of y^1..y^8 under a von Mises density (Xu 2011, Eq 14), over v and y = abs cos(phi/2) |
 //! | window cosine powers | [`WINDOW_OFFSET`] | means of y^1..y^8 over the half circle around a direction (Xu 2011, Eq 28), over y |
 //! | Fresnel polynomials | [`FRESNEL_OFFSET`] | coefficients of X^0..X^7 of the exact dielectric reflectance, over eta |
+//! | Kajiya-Kay | [`KAJIYA_KAY_OFFSET`] | corner and differences of the diffuse term per cell (`gpu/tables_kajiya_kay.rs`) |
 //!
-//! `shaders/lib/tables.wgsl` repeats the constants of this file; a test compares them.
+//! `shaders/lib/tables.wgsl` and `shaders/lib/kajiya_kay_table.wgsl` repeat the constants of this file; a test compares them.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -44,8 +45,12 @@ pub const FRESNEL_STEPS: usize = 256;
 pub const FRESNEL_ETA_MAX: f64 = 3.0;
 /// First entry of the Fresnel section.
 pub const FRESNEL_OFFSET: usize = WINDOW_OFFSET + 2 * (COSINE_POWER_STEPS + 1);
+/// Intervals of the diffuse term of Kajiya and Kay along each axis.
+pub const KAJIYA_KAY_STEPS: usize = 32;
+/// First entry of the diffuse term of Kajiya and Kay.
+pub const KAJIYA_KAY_OFFSET: usize = FRESNEL_OFFSET + 2 * (FRESNEL_STEPS + 1);
 /// All entries.
-pub const TABLE_LEN: usize = FRESNEL_OFFSET + 2 * (FRESNEL_STEPS + 1);
+pub const TABLE_LEN: usize = KAJIYA_KAY_OFFSET + KAJIYA_KAY_STEPS * KAJIYA_KAY_STEPS;
 
 /// All sections in the order above, [`TABLE_LEN`] entries.
 pub fn scattering_tables() -> Vec<[f32; 4]> {
@@ -72,6 +77,7 @@ pub fn scattering_tables() -> Vec<[f32; 4]> {
         out.push(narrow([c[0], c[1], c[2], c[3]]));
         out.push(narrow([c[4], c[5], c[6], c[7]]));
     }
+    out.extend_from_slice(super::tables_kajiya_kay::cells());
     out
 }
 
