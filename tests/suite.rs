@@ -11,6 +11,7 @@ mod groom_generate;
 mod groom_refined;
 mod light;
 mod light_maps;
+mod models;
 mod optics;
 mod optics_probe;
 mod optics_reference;

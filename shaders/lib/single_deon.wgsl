@@ -40,9 +40,14 @@ fn single_scattering_constant(v: PreparedView) -> Lobes {
     return lobes_of(scattered(v, 0.0, 0.0, 0.0, vec3u(6u)));
 }
 
+// Outer nodes of R, TT, TRT.
+fn cone_counts() -> vec3u {
+    return select(select(vec3u(6u, 5u, 5u), vec3u(4u, 4u, 3u), quality == 1u), vec3u(3u, 2u, 2u), quality == 0u);
+}
+
 fn scattered_orders(v: PreparedView, theta_j: f32, phi_j: f32, lambda: f32) -> Orders {
     let width = guarded(lambda, 1e-3, 1e3, 1.0);
-    return scattered(v, guarded(theta_j, -HALF_PI, HALF_PI, 0.0), guarded_azimuth(phi_j), 1.0 / (width * width), outer_counts());
+    return scattered(v, guarded(theta_j, -HALF_PI, HALF_PI, 0.0), guarded_azimuth(phi_j), 1.0 / (width * width), cone_counts());
 }
 
 fn lobes_of(o: Orders) -> Lobes {

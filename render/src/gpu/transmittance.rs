@@ -432,7 +432,8 @@ fn averages_pass(gpu: &Gpu, model: Model) -> Result<Kernel, GpuError> {
         model,
         ..Method::default()
     };
-    Kernel::scattering(gpu, "pass/averages.wgsl", &method)
+    // Its node counts are no matter of quality.
+    Kernel::composed(gpu, "pass/averages.wgsl", method.files(), &[])
 }
 
 /// Which of the two records a march writes.
