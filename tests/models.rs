@@ -7,7 +7,7 @@ use balayage_render::gpu::probe_deon::{self, DeonResult};
 use balayage_render::gpu::probe_kajiya_kay::{self, KajiyaKayResult};
 use balayage_render::gpu::tables::gauss_legendre;
 use balayage_render::gpu::{Gpu, Method, Model, Quality, probe, probe_cases};
-use balayage_render::optics::{Direction, Fibre, SrbfLight, deon, kajiya_kay};
+use balayage_render::optics::{Direction, Fibre, SrbfLight, deon, dual, kajiya_kay};
 use balayage_tests::random;
 use rand::Rng;
 use rayon::prelude::*;
@@ -107,11 +107,11 @@ fn deon_agrees_with_the_reference_order_by_order() {
     let hair: Vec<_> = (0..48).map(|_| probe_cases::hair(&mut r, false)).collect();
     let wide: Vec<_> = (0..48).map(|_| wide_case(&mut r)).collect();
     let names = ["p = 0", "p = 1", "p = 2", "p = 3", "remainder"];
-    let standard = [0.03, 0.01, 0.01, 0.03, 0.02];
+    let standard = [0.03, 0.01, 0.01, 0.03, 0.04];
     for (cases, limits, sum_limit, quality) in [
         (&hair, standard, 0.01, Quality::Standard),
-        (&hair, [0.02, 0.01, 0.01, 0.02, 0.01], 0.006, Quality::High),
-        (&wide, [0.06, 0.03, 0.05, 0.06, 0.04], 0.03, Quality::Standard),
+        (&hair, [0.02, 0.01, 0.01, 0.02, 0.03], 0.006, Quality::High),
+        (&wide, [0.06, 0.03, 0.05, 0.06, 0.06], 0.03, Quality::Standard),
     ] {
         let want: Vec<_> = cases.par_iter().map(reference).collect();
         let got = probe_deon::run(&gpu, cases, &Method::of_quality(quality)).unwrap();
@@ -135,14 +135,14 @@ fn deon_agrees_with_the_reference_order_by_order() {
     }
 }
 
-/// A fibre that absorbs nothing.
+/// A fibre that absorbs nothing, without tilt: a tilt of its own moves each order's cone to other angles of refraction, and what one
+/// order loses there no other one gets.
 fn white(beta_deg: f64, theta_o_deg: f64) -> ProbeCase {
-    let alpha = -5_f64.to_radians();
     ProbeCase {
         eta: 1.55,
         eccentricity: 1.0,
         sigma_a: [0.0; 3],
-        alpha: [alpha, -0.5 * alpha, -1.5 * alpha],
+        alpha: [0.0; 3],
         beta: [beta_deg.to_radians(); 3],
         azimuthal_width: 0.2,
         theta_o: theta_o_deg.to_radians(),
@@ -198,12 +198,9 @@ fn a_white_fibre_of_deon_sends_everything_out() {
 #[test]
 fn the_shaders_cone_integrates_to_one() {
     let gpu = Gpu::headless().unwrap();
-    for (beta_deg, limit) in [(0.5, 1e-4), (2.0, 1e-5), (10.0, 1e-5), (30.0, 1e-5), (60.0, 1e-5)] {
+    for (beta_deg, limit) in [(0.5, 1e-4), (2.0, 3e-5), (10.0, 1e-5), (30.0, 1e-5), (60.0, 1e-5)] {
         for theta_deg in [-80.0_f64, -30.0, 0.0, 50.0, 88.0] {
-            let base = ProbeCase {
-                alpha: [0.0; 3],
-                ..white(beta_deg, theta_deg)
-            };
+            let base = white(beta_deg, theta_deg);
             let width = 2.0 * base.beta[0];
             let (low, high) = (-base.theta_o - 9.0 * width, -base.theta_o + 9.0 * width);
             let nodes = gauss_legendre(200, low.max(-FRAC_PI_2), high.min(FRAC_PI_2));
@@ -278,6 +275,28 @@ fn kajiya_kay_is_its_two_terms() {
         assert!(
             whole > 0.0 && whole <= 1.01,
             "{c:?} sends out {whole} of a uniform light"
+        );
+    }
+}
+
+#[test]
+fn kajiya_kay_has_the_colour_of_much_hair() {
+    let nodes = gauss_legendre(8, -FRAC_PI_2, FRAC_PI_2);
+    for sigma_a in [0.01, 0.1, 0.5, 1.4] {
+        let fibre = Fibre {
+            sigma_a: [sigma_a; 3],
+            ..fibre(&white(6.0, 0.0))
+        };
+        let of = |theta: f64| {
+            let a = deon::scattering_averages(&fibre, theta, REFERENCE).unwrap();
+            dual::half_space_reflectance(a.a_f[0], a.a_b[0])
+        };
+        let mean: f64 = nodes.iter().map(|(t, w)| 0.5 * w * t.cos() * of(*t)).sum();
+        let colour = kajiya_kay::colour(&fibre.sigma_a)[0];
+        println!("sigma_a {sigma_a}: {colour:.3}, half space {mean:.3}");
+        assert!(
+            (colour - mean).abs() < 0.035,
+            "{sigma_a}: {colour} instead of {mean}"
         );
     }
 }

@@ -33,8 +33,9 @@ fn cone_product(v: f32, theta_r: f32, theta_j: f32, inv_lambda_sq: f32) -> Produ
     let concentration = sqrt(x * x + y * y);
     let apart = sin(0.5 * (theta_j + theta_r));
     let peak_exponent = -4.0 * light * apart * (cone / (concentration + light + cone)) * apart;
-    // What is left, the cosine's half power, resembles exp(-theta_i^2 / 4).
-    let total_precision = 0.5 * concentration + 0.25;
+    // What is left of the cosine is its root beside a narrow cone, exp(-theta_i^2 / 4), and all of it beside a wide one, cut off at both
+    // poles: the second share keeps the nodes between them.
+    let total_precision = 0.5 * concentration + 0.25 + 1.25 / (1.0 + concentration);
     let width = inverseSqrt(total_precision);
     let centre = atan2(y, x) * 0.5 * concentration / total_precision;
     let reach = HALF_PI - TRUNCATION_MIN * width;

@@ -36,11 +36,14 @@ fn detected_at(l: DetectedLight, c: f32, footprint: f32) -> f32 {
     return max(scale * l.amplitude * exp(limited * (c - 1.0)) + correction, 0.0);
 }
 
-// I_1, I_2 and I_3 over I_0 at kappa: the means of cos x, cos 2x and cos 3x over a von Mises density. Backwards from
-// Amos' bound of I_4 / I_3 (1974, Eq 16), whose error each step divides.
+// I_1, I_2 and I_3 over I_0 at kappa: the means of cos x, cos 2x and cos 3x over a von Mises density. Backwards by the recurrence from
+// Amos' bound of I_8 / I_7 (1974, Eq 16), whose error each step divides.
 fn harmonics(kappa: f32) -> vec3f {
-    let r4 = kappa / (3.5 + sqrt(kappa * kappa + 20.25));
-    let r3 = kappa / (6.0 + kappa * r4);
+    var ratio = kappa / (7.5 + sqrt(kappa * kappa + 72.25));
+    for (var m = 7.0; m > 3.5; m -= 1.0) {
+        ratio = kappa / (2.0 * m + kappa * ratio);
+    }
+    let r3 = kappa / (6.0 + kappa * ratio);
     let r2 = kappa / (4.0 + kappa * r3);
     let r1 = kappa / (2.0 + kappa * r2);
     return vec3f(r1, r1 * r2, r1 * r2 * r3);

@@ -21,6 +21,7 @@ fn averages_of(shares: array<vec2f, 3>, f: Fibre) -> Averages {
     }
     let safe = max(total, vec2f(1e-20));
     let clamped = min(total, vec2f(1.0));
-    let beta = sqrt(variance / safe);
+    // A mean is not above the largest.
+    let beta = min(sqrt(variance / safe), vec2f(max(max(f.beta.x, f.beta.y), f.beta.z)));
     return Averages(clamped.x, clamped.y, tilt.x / safe.x, tilt.y / safe.y, beta.x, beta.y);
 }

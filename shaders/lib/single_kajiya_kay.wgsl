@@ -12,8 +12,8 @@
 // A highlight whose product with the light stays below exp of this is not evaluated.
 const NEGLIGIBLE_EXPONENT: f32 = -20.0;
 
-// Growth of the absorbance of hair with the root of a fibre's absorption (Chiang 2016, Eq 9, smooth hair).
-const COLOUR_GROWTH: f32 = 5.969;
+// Growth of the absorbance of hair with the root of a fibre's absorption: fits what a half space of d'Eon's fibres sends back.
+const COLOUR_GROWTH: f32 = 4.0;
 
 // What depends on fibre and view alone.
 struct PreparedView {

@@ -78,7 +78,7 @@ pub const PARITIES: &[Parity] = &[
         draw: ray,
         reference: |x| {
             let a = |p: u32| section(x).attenuation(p, x[3], &[x[2]; 3])[0];
-            let beyond = (4..64).map(a).sum();
+            let beyond = (4..1000).map(a).sum();
             vec![a(1), a(2), a(3), beyond]
         },
     },
@@ -108,7 +108,7 @@ pub const PARITIES: &[Parity] = &[
         call: "let h = harmonics(x[0]); y = vec4f(h, 0.0);",
         domain: "kappa 1e-4 to 1e4",
         tolerance: 2e-4,
-        reason: "Amos' bound of I_4 / I_3 is up to 2 % off; three steps of the recurrence divide that",
+        reason: "Amos' bound of I_8 / I_7 is 1 % off at worst; seven steps of the recurrence divide that",
         calls: CALLS,
         draw: |r| vec![log_between(r, 1e-4, 1e4)],
         reference: |x| {
@@ -308,8 +308,8 @@ pub const PARITIES: &[Parity] = &[
         file: "lib/single_kajiya_kay.wgsl",
         call: "y.x = kajiya_kay_colour(vec3f(x[0])).x; y.y = mean_reflectance(fresnel_polynomial(x[1]));",
         domain: "sigma_a 1e-4 to 10, eta 1 to 3",
-        tolerance: 1e-4,
-        reason: "the Fresnel polynomial's interpolation over eta",
+        tolerance: 0.01,
+        reason: "the Fresnel polynomial is linear between etas, and near eta = 1 the reflectance is not",
         calls: CALLS,
         draw: |r| vec![log_between(r, 1e-4, 10.0), between(r, 1.0, 3.0)],
         reference: |x| vec![kajiya_kay::colour(&[x[0]; 3])[0], kajiya_kay::mean_reflectance(x[1])],

@@ -69,10 +69,12 @@ pub fn exponent(beta: f64) -> f64 {
 }
 
 /// Growth of the absorbance of hair with the root of a fibre's absorption.
-pub const COLOUR_GROWTH: f64 = 5.969;
+pub const COLOUR_GROWTH: f64 = 4.0;
 
-/// Colour of much hair whose fibres absorb `sigma_a` per radius: exp(-c sqrt(sigma_a)), Chiang 2016 (A Practical and Controllable Hair
-/// and Fur Model for Production Path Tracing), Eq 9 with smooth fibres, solved for the colour.
+/// Colour of much hair whose fibres absorb `sigma_a` per radius: exp(-4 sqrt(sigma_a)).
+///
+/// It is what a half space of d'Eon's fibres (eta 1.55) sends back, a_b / (1 - a_f + k) averaged over inclinations, within 0.035: diffusion
+/// makes it fall with the root of the absorption, and what R adds at any absorption (0.034) is the specular term's.
 pub fn colour(sigma_a: &Rgb) -> Rgb {
     sigma_a.map(|sigma| (-COLOUR_GROWTH * sigma.sqrt()).exp())
 }
