@@ -11,7 +11,18 @@ fn m_p(v: f32, theta_i: f32, theta_r: f32) -> f32 {
 
 // What stands before the exponential of m_p.
 fn cone_scale(v: f32, cos_theta_i: f32, cos_theta_r: f32) -> f32 {
-    return von_mises(max(cos_theta_i * cos_theta_r, 0.0) / v).i0e / (v * (1.0 - exp(-2.0 / v)));
+    return i0e(max(cos_theta_i * cos_theta_r, 0.0) / v) / (v * (1.0 - exp(-2.0 / v)));
+}
+
+// exp(-x) I_0(x) for x >= 0 within 2e-7 (Abramowitz and Stegun, 9.8.1 and 9.8.2).
+fn i0e(x: f32) -> f32 {
+    let t = x / 3.75;
+    let t2 = min(t * t, 1.0);
+    let small = exp(-min(x, 3.75)) * (1.0 + t2 * (3.5156229 + t2 * (3.0899424 + t2 * (1.2067492 + t2 * (0.2659732 + t2 * (0.0360768 + t2 * 0.0045813))))));
+    let s = 1.0 / max(t, 1.0);
+    let large = inverseSqrt(max(x, 3.75)) * (0.39894228 + s * (0.01328592 + s * (0.00225319 + s * (-0.00157565 + s * (0.00916281
+        + s * (-0.02057706 + s * (0.02635537 + s * (-0.01647633 + s * 0.00392377))))))));
+    return select(large, small, x < 3.75);
 }
 
 // An inclination that a tilt carried beyond a pole: the cone there comes in from the other side.

@@ -37,7 +37,11 @@ fn single_scattering(v: PreparedView, theta_j: f32, phi_j: f32, lambda: f32) -> 
 
 // A uniform environment of radiance 1: the light of infinite bandwidth.
 fn single_scattering_constant(v: PreparedView) -> Lobes {
-    return lobes_of(scattered(v, 0.0, 0.0, 0.0, vec3u(6u)));
+    return lobes_of(uniform_orders(v));
+}
+
+fn uniform_orders(v: PreparedView) -> Orders {
+    return scattered(v, 0.0, 0.0, 0.0, vec3u(6u));
 }
 
 // Outer nodes of R, TT, TRT.

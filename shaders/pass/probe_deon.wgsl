@@ -4,7 +4,8 @@
 
 struct DeonResult {
     orders: Orders,
-    cone: f32,        // M_p of R between theta_j and the view
+    uniform_light: Orders,    // of a uniform environment
+    cone: f32,                // M_p of R between theta_j and the view
 }
 
 @group(0) @binding(0) var<storage, read> tables: array<vec4f>;
@@ -22,5 +23,6 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let view = prepare_view(f, c.theta_o, c.phi_o);
     let theta_j = guarded(c.theta_j, -HALF_PI, HALF_PI, 0.0);
     results[index].orders = scattered_orders(view, c.theta_j, c.phi_j, c.lambda_j);
+    results[index].uniform_light = uniform_orders(view);
     results[index].cone = m_p(view.variance.x, theta_j, view.theta_o - 2.0 * f.alpha.x);
 }

@@ -103,6 +103,10 @@ const HELD_ELSEWHERE: &[(&str, &str)] = &[
         "scattered_orders",
         "models::deon_agrees_with_the_reference_order_by_order",
     ),
+    (
+        "uniform_orders",
+        "models::a_white_fibre_of_deon_sends_everything_out",
+    ),
     ("lobes_of", "models::a_white_fibre_of_deon_sends_everything_out"),
     (
         "cone_counts",

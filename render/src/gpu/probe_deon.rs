@@ -14,6 +14,8 @@ pub struct DeonResult {
     pub orders: [[f64; 3]; 4],
     /// The same of all orders above.
     pub remainder: [f64; 3],
+    /// Orders 0 .. 3 and all above of a uniform environment of radiance 1.
+    pub uniform_light: [[f64; 3]; 5],
     /// M_p of R between theta_j and the view.
     pub cone: f64,
 }
@@ -23,14 +25,16 @@ pub struct DeonResult {
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct GpuDeonResult {
     orders: [[f32; 4]; 5],
+    uniform_light: [[f32; 4]; 5],
     cone: f32,
     padding: [f32; 3],
 }
 
 /// Offsets of the fields of the shader's `DeonResult` and its size, for the layout test.
-pub const RESULT_LAYOUT: ([(&str, usize); 2], usize) = (
+pub const RESULT_LAYOUT: ([(&str, usize); 3], usize) = (
     [
         ("orders", offset_of!(GpuDeonResult, orders)),
+        ("uniform_light", offset_of!(GpuDeonResult, uniform_light)),
         ("cone", offset_of!(GpuDeonResult, cone)),
     ],
     size_of::<GpuDeonResult>(),
@@ -43,6 +47,7 @@ impl From<&GpuDeonResult> for DeonResult {
         Self {
             orders: [p0, p1, p2, p3],
             remainder,
+            uniform_light: r.uniform_light.map(rgb),
             cone: f64::from(r.cone),
         }
     }
