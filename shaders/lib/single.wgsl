@@ -67,16 +67,17 @@ fn scattered(v: PreparedView, theta_j: f32, phi_j: f32, inv_lambda_sq: f32, coun
     return out;
 }
 
-// Mean direction (theta, phi) of the light that each lobe sends to the view: where to ask for its visibility.
-fn lobe_mean_directions(v: PreparedView, theta_j: f32, phi_j: f32, lambda: f32) -> array<vec2f, 3> {
+// Mean direction of the light that each lobe sends to the view, a vector of the fibre's frame no longer than one: a function that is linear
+// in the direction has its mean over that light there.
+fn lobe_mean_directions(v: PreparedView, theta_j: f32, phi_j: f32, lambda: f32) -> array<vec3f, 3> {
     let inv_lambda_sq = 1.0 / (lambda * lambda);
     let kappa = lobe_concentrations(v.f);
-    var out: array<vec2f, 3>;
+    var out: array<vec3f, 3>;
     for (var t = 0u; t < 3u; t++) {
         let g = product_gaussian(v.mean[t], v.f.beta[t], v.theta_o, theta_j, inv_lambda_sq);
         let theta = clamp(g.centre, -HALF_PI, HALF_PI);
         let light = 2.0 * max(cos(theta) * cos(theta_j), 0.0) * inv_lambda_sq;
-        out[t] = vec2f(theta, phi_j + azimuth_towards(kappa[t], light, v.phi_o - phi_j));
+        out[t] = mean_direction(theta, g.width, light, phi_j, kappa[t], v.phi_o - phi_j);
     }
     return out;
 }

@@ -95,15 +95,15 @@ fn scattered(v: PreparedView, theta_j: f32, phi_j: f32, inv_lambda_sq: f32, coun
     return Orders(whole.x * out.p0, whole.y * out.p1, whole.z * out.p2, whole.z * out.p3, whole.z * out.remainder);
 }
 
-// Mean direction (theta, phi) of the light that each lobe sends to the view: where to ask for its visibility.
-fn lobe_mean_directions(v: PreparedView, theta_j: f32, phi_j: f32, lambda: f32) -> array<vec2f, 3> {
-    let inv_lambda_sq = 1.0 / (lambda * lambda);
-    var out: array<vec2f, 3>;
+// Mean direction of the light that each lobe sends to the view, as in lib/single.wgsl.
+fn lobe_mean_directions(v: PreparedView, theta_j: f32, phi_j: f32, lambda: f32) -> array<vec3f, 3> {
+    let kappa = lobe_concentrations(v.f);
+    var out: array<vec3f, 3>;
     for (var t = 0u; t < 3u; t++) {
-        let g = cone_product(v.variance[t], v.theta_r[t], theta_j, inv_lambda_sq);
+        let g = cone_product(v.variance[t], v.theta_r[t], theta_j, 1.0 / (lambda * lambda));
         let theta = clamp(g.centre, -HALF_PI, HALF_PI);
-        let light = 2.0 * max(cos(theta) * cos(theta_j), 0.0) * inv_lambda_sq;
-        out[t] = vec2f(theta, phi_j + azimuth_towards(lobe_concentrations(v.f)[t], light, v.phi_o - phi_j));
+        let light = 2.0 * max(cos(theta) * cos(theta_j), 0.0) / (lambda * lambda);
+        out[t] = mean_direction(theta, g.width, light, phi_j, kappa[t], v.phi_o - phi_j);
     }
     return out;
 }

@@ -89,8 +89,13 @@ fn ln_cos(x: f32) -> f32 {
     return select(-1e6, select(far, near, s2 < 0.02), cos(x) > 0.0);
 }
 
-// Mean direction (theta, phi) of the light that each lobe sends to the view: where to ask for its visibility.
-fn lobe_mean_directions(v: PreparedView, theta_j: f32, phi_j: f32, lambda: f32) -> array<vec2f, 3> {
-    let g = cone_product(1.0 / v.exponent, v.axis, theta_j, 1.0 / (lambda * lambda));
-    return array(vec2f(clamp(g.centre, -HALF_PI, HALF_PI), phi_j), vec2f(theta_j, phi_j), vec2f(theta_j, phi_j));
+// Mean direction of the light that each lobe sends to the view, as in lib/single.wgsl; neither depends on the azimuth.
+fn lobe_mean_directions(v: PreparedView, theta_j: f32, phi_j: f32, lambda: f32) -> array<vec3f, 3> {
+    let inv_lambda_sq = 1.0 / (lambda * lambda);
+    let g = cone_product(1.0 / v.exponent, v.axis, theta_j, inv_lambda_sq);
+    let theta = clamp(g.centre, -HALF_PI, HALF_PI);
+    let kappa = 2.0 * max(cos(theta_j), 0.0) * inv_lambda_sq;
+    let specular = mean_direction(theta, g.width, kappa * max(cos(theta), 0.0), phi_j, 0.0, 0.0);
+    let diffuse = mean_direction(theta_j, lambda, kappa * max(cos(theta_j), 0.0), phi_j, 0.0, 0.0);
+    return array(specular, diffuse, diffuse);
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::strands::StrandBuffers;
 use super::tables::scattering_tables;
 use super::transmittance::{LightBatch, Transmittance};
-use super::work_list::Lister;
+use super::work_list::{DONE, Lister};
 use super::{Gpu, GpuError, Kernel, Method, Quality};
 use crate::param::LobeRatios;
 
@@ -195,7 +195,7 @@ impl ShadePass {
         ];
         let points = strands
             .multiple_work
-            .collect(gpu, &self.lister, &strands.wanted_points)?;
+            .collect(gpu, &self.lister, &strands.wanted_points, DONE)?;
         if let (true, Some(kernel)) = (scatters_often && points > 0, &kernels.multiple) {
             for run in &lights {
                 let uniform = gpu.uniform_of("shade multiple", &run.uniform);
@@ -215,7 +215,7 @@ impl ShadePass {
         }
         let vertices = strands
             .single_work
-            .collect(gpu, &self.lister, &strands.wanted_vertices)?;
+            .collect(gpu, &self.lister, &strands.wanted_vertices, DONE)?;
         report.vertices = u64::from(vertices);
         if vertices > 0 {
             for run in &lights {
