@@ -198,7 +198,7 @@ fn a_white_fibre_of_deon_sends_everything_out() {
 #[test]
 fn the_shaders_cone_integrates_to_one() {
     let gpu = Gpu::headless().unwrap();
-    for (beta_deg, limit) in [(0.5, 1e-4), (2.0, 1e-5), (10.0, 1e-5), (30.0, 1e-5), (60.0, 1e-5)] {
+    for beta_deg in [0.5, 2.0, 10.0, 30.0, 60.0] {
         for theta_deg in [-80.0_f64, -30.0, 0.0, 50.0, 88.0] {
             let base = white(beta_deg, theta_deg);
             let width = 2.0 * base.beta[0];
@@ -219,7 +219,7 @@ fn the_shaders_cone_integrates_to_one() {
                 .sum();
             println!("beta {beta_deg}, theta {theta_deg}: {:.1e}", whole - 1.0);
             assert!(
-                (whole - 1.0).abs() < limit,
+                (whole - 1.0).abs() < 1e-5,
                 "beta {beta_deg}, theta {theta_deg}: {whole}"
             );
         }
