@@ -1,6 +1,6 @@
 //! White furnace: a fibre that absorbs nothing, in a uniform environment, sends out what its lobes hold.
 
-use balayage_render::gpu::{Camera, Gpu, RenderSettings, Renderer, ShadeSettings, Terms};
+use balayage_render::gpu::{Camera, Gpu, Method, Model, RenderSettings, Renderer, ShadeSettings, Terms};
 use balayage_render::groom::Groom;
 use balayage_render::light::LightSet;
 use balayage_render::optics;
@@ -98,5 +98,50 @@ fn a_white_strand_in_a_white_world_sends_out_the_energy_of_its_lobes() {
                 "{theta_deg} degrees, {terms:?}: {got} instead of {expected}"
             );
         }
+    }
+}
+
+#[test]
+fn a_white_strand_of_deon_is_as_bright_as_its_world() {
+    let params = VertexParams {
+        sigma_a: [0.0; 3],
+        alpha_rad: 0.0,
+        beta_rad: 6f32.to_radians(),
+        azimuthal_width: 0.2,
+        eta: 1.55,
+        eccentricity: 1.0,
+    };
+    let groom = straight_strand();
+    let mut renderer = Renderer::new(&Gpu::headless().unwrap()).unwrap();
+    renderer.set_groom(&groom, None).unwrap();
+    renderer
+        .set_params(&vec![params; groom.point_count()], &[])
+        .unwrap();
+    renderer
+        .set_lights(&LightSet {
+            lights: Vec::new(),
+            constant: Vec3::ONE,
+        })
+        .unwrap();
+    let settings = RenderSettings {
+        shade: ShadeSettings {
+            method: Method {
+                model: Model::Deon,
+                ..Method::default()
+            },
+            terms: Terms::SINGLE,
+            ..ShadeSettings::default()
+        },
+        ..RenderSettings::default()
+    };
+    for theta_deg in [0.0_f32, 40.0, 60.0] {
+        renderer
+            .render(&camera(theta_deg.to_radians()), [128, 64], &settings)
+            .unwrap();
+        let picture = renderer.picture().unwrap();
+        let sum = |c: usize| picture.pixels.iter().map(|p| f64::from(p[c])).sum::<f64>();
+        let got = sum(1) / sum(3);
+        eprintln!("{theta_deg} degrees: radiance {got:.4} of 1");
+        assert!((got - 1.0).abs() < 0.02, "{theta_deg} degrees: {got}");
     }
 }

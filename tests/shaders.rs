@@ -2,7 +2,9 @@
 
 use std::mem::offset_of;
 
-use balayage_render::gpu::{DIRECTIONAL_GAMMAS, Method, Scheme, probe, shader, tables};
+use balayage_render::gpu::{
+    DIRECTIONAL_GAMMAS, Method, Model, Scheme, probe, probe_deon, probe_kajiya_kay, shader, tables,
+};
 use balayage_render::param::VertexParams;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
@@ -116,6 +118,56 @@ fn constant(module: &naga::Module, name: &str) -> f64 {
         naga::Expression::Literal(naga::Literal::U32(v)) => f64::from(v),
         naga::Expression::Literal(naga::Literal::F32(v)) => f64::from(v),
         ref other => panic!("{name} is {other:?}"),
+    }
+}
+
+#[test]
+fn every_model_composes_with_the_passes_that_scatter() {
+    let passes = |model: Model| -> &[&str] {
+        if model.scatters_often() {
+            &[
+                "pass/shade.wgsl",
+                "pass/shade_multiple.wgsl",
+                "pass/averages.wgsl",
+                "pass/probe.wgsl",
+                "pass/bench_scatter.wgsl",
+            ]
+        } else {
+            &["pass/shade.wgsl", "pass/bench_scatter.wgsl"]
+        }
+    };
+    for model in [Model::Marschner, Model::Deon, Model::KajiyaKay] {
+        let method = Method {
+            model,
+            ..Method::default()
+        };
+        for path in passes(model) {
+            let text = shader::compose(path, method.files()).unwrap();
+            validated(&text).unwrap_or_else(|e| panic!("{model:?}, shaders/{path}: {e}"));
+        }
+    }
+}
+
+#[test]
+fn other_models_probe_layouts_agree_with_the_host() {
+    let deon = composed("pass/probe_deon.wgsl");
+    assert_eq!(
+        layout(&deon, "DeonResult"),
+        (owned(&probe_deon::RESULT_LAYOUT.0), probe_deon::RESULT_LAYOUT.1)
+    );
+    let kajiya_kay = composed("pass/probe_kajiya_kay.wgsl");
+    assert_eq!(
+        layout(&kajiya_kay, "KajiyaKayResult"),
+        (
+            owned(&probe_kajiya_kay::RESULT_LAYOUT.0),
+            probe_kajiya_kay::RESULT_LAYOUT.1
+        )
+    );
+    for (name, value) in [
+        ("KAJIYA_KAY_STEPS", tables::KAJIYA_KAY_STEPS as f64),
+        ("KAJIYA_KAY_OFFSET", tables::KAJIYA_KAY_OFFSET as f64),
+    ] {
+        assert_eq!(constant(&kajiya_kay, name), value, "{name}");
     }
 }
 

@@ -11,6 +11,7 @@ mod groom_generate;
 mod groom_refined;
 mod light;
 mod light_maps;
+mod models;
 mod operations;
 mod optics;
 mod optics_probe;

@@ -1,15 +1,7 @@
+//!use lib/lobe_averages.wgsl
 //!use lib/longitudinal.wgsl
 //!use lib/paths.wgsl
 // Forward and backward averages of one fibre's scattering (Xu 2011, Eq 32 with true cosines), unsmoothed circular fibre.
-
-struct Averages {
-    a_f: f32,        // share scattered forward
-    a_b: f32,        // share scattered backward
-    alpha_f: f32,    // mean tilt, radians
-    alpha_b: f32,
-    beta_f: f32,     // root of the mean of beta^2, radians
-    beta_b: f32,
-}
 
 const AVERAGE_OUTER: u32 = 6u;
 const AVERAGE_GAMMA: u32 = 16u;
@@ -38,15 +30,5 @@ fn scattering_averages(f: Fibre, sigma_a: f32, theta: f32) -> Averages {
             shares[t] += node.weight * max(cos(theta_i), 1e-6) / max(node.cos_theta_i, 1e-6) * split;
         }
     }
-    let total = shares[0] + shares[1] + shares[2];
-    var tilt = vec2f(0.0);
-    var variance = vec2f(0.0);
-    for (var t = 0u; t < 3u; t++) {
-        tilt += shares[t] * f.alpha[t];
-        variance += shares[t] * f.beta[t] * f.beta[t];
-    }
-    let safe = max(total, vec2f(1e-20));
-    let clamped = min(total, vec2f(1.0));
-    let beta = sqrt(variance / safe);
-    return Averages(clamped.x, clamped.y, tilt.x / safe.x, tilt.y / safe.y, beta.x, beta.y);
+    return averages_of(shares, f);
 }

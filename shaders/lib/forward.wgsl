@@ -1,16 +1,7 @@
 //!use lib/global.wgsl
+//!use lib/window_series.wgsl
 // Eq 27 of Xu 2011 for many light directions and one view: what the fibre does to forward-scattered light is a cosine series in azimuth
 // that is prepared per view, and Gaussians in theta_i that multiply in closed form. Circular fibre; lib/global.wgsl is the accurate one.
-
-// Odd harmonics of the half circle that are kept: 1, 3, 5, 7.
-const FORWARD_HARMONICS: u32 = 4u;
-const FORWARD_GAMMAS: u32 = 8u;
-
-// Mean of N_p over the half circle around an azimuth x off the view: mean + cos x (a polynomial of cos^2 x).
-struct WindowSeries {
-    mean: vec3f,
-    odd: array<vec3f, FORWARD_HARMONICS>,
-}
 
 // What depends on fibre and view alone, for R, TT and TRT.
 struct ForwardView {
@@ -48,22 +39,7 @@ fn window_series(r: Refraction, f: Fibre, p: u32) -> WindowSeries {
             harmonic[i] += pow(blur, m * m) * cos(m * path.azimuth) * energy;
         }
     }
-    // cos 3x, cos 5x and cos 7x as polynomials of c = cos x, sorted by the power of c.
-    let h1 = 4.0 / PI * harmonic[0];
-    let h3 = -4.0 / (3.0 * PI) * harmonic[1];
-    let h5 = 4.0 / (5.0 * PI) * harmonic[2];
-    let h7 = -4.0 / (7.0 * PI) * harmonic[3];
-    return WindowSeries(mean, array(
-        h1 - 3.0 * h3 + 5.0 * h5 - 7.0 * h7,
-        4.0 * h3 - 20.0 * h5 + 56.0 * h7,
-        16.0 * h5 - 112.0 * h7,
-        64.0 * h7));
-}
-
-fn window_at(s: WindowSeries, cos_x: f32) -> vec3f {
-    let c2 = cos_x * cos_x;
-    // A series that was cut off swings a little below zero.
-    return max(s.mean + cos_x * (s.odd[0] + c2 * (s.odd[1] + c2 * (s.odd[2] + c2 * s.odd[3]))), vec3f(0.0));
+    return series_of(mean, harmonic);
 }
 
 // Eq 27 for light that arrives normal around inclination theta with the given variance in theta_i, at an azimuth whose difference to the

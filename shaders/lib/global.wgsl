@@ -1,6 +1,7 @@
 //!use lib/prepared.wgsl
 //!use lib/quality.wgsl
 //!use lib/paths.wgsl
+//!use lib/half_circle.wgsl
 // Global multiple scattering: what forward-scattered light, spread over the half circle around phi_j and by a Gaussian in
 // theta_i, sends to the view through one fibre (Xu 2011, Eq 27 and 28); circular fibre.
 
@@ -53,17 +54,4 @@ fn window_mean(r: Refraction, f: Fibre, p: u32, azimuth: vec2f, count: u32) -> v
         sum += node.z * path.energy * (half_circle_share(even + odd, inv_bandwidth) + half_circle_share(even - odd, inv_bandwidth));
     }
     return sum / PI;
-}
-
-// Share of a Gaussian around an azimuth of cosine `c` that lies where the cosine is positive.
-fn half_circle_share(c: f32, inv_bandwidth: f32) -> f32 {
-    // Distance to the edge, asin(c), by its series: exact where it matters, near the edge.
-    let inside = c * (1.0 + c * c * (0.1667 + 0.4 * c * c));
-    return 0.5 + 0.5 * error_function(inside * inv_bandwidth);
-}
-
-// erf(x) within 4e-4: tanh of an odd cubic.
-fn error_function(x: f32) -> f32 {
-    let y = clamp(x, -4.0, 4.0);
-    return tanh(y * (1.1283792 + 0.1009 * y * y));
 }

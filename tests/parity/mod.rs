@@ -6,6 +6,7 @@
 mod dual;
 mod geometry;
 mod maths;
+mod models;
 mod picture;
 mod schemes;
 
@@ -13,7 +14,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::OnceLock;
 
 use balayage_render::gpu::tables::scattering_tables;
-use balayage_render::gpu::{AVERAGES_ENTRIES, Gpu, Kernel, shader};
+use balayage_render::gpu::{AVERAGES_ENTRIES, Gpu, Kernel, Method, Model, shader};
 use balayage_tests::{random, repository};
 use rand::Rng;
 use rand_pcg::Pcg64Mcg;
@@ -123,6 +124,20 @@ const HELD_ELSEWHERE: &[(&str, &str)] = &[
         "global_counts",
         "scattering::uniform_light_global_term_and_averages_agree_with_the_reference",
     ),
+    // Orders of d'Eon's model under random lights.
+    (
+        "scattered_orders",
+        "models::deon_agrees_with_the_reference_order_by_order",
+    ),
+    (
+        "uniform_orders",
+        "models::a_white_fibre_of_deon_sends_everything_out",
+    ),
+    ("lobes_of", "models::a_white_fibre_of_deon_sends_everything_out"),
+    (
+        "cone_counts",
+        "models::deon_agrees_with_the_reference_order_by_order",
+    ),
     // The march against exact rays: visibility within 0.13 root mean square, a fibre alone sees everything, a head stops all.
     ("march", "volume::visibility_of_a_ball_is_near_exact_rays"),
     ("march_begin", "volume::visibility_of_a_ball_is_near_exact_rays"),
@@ -159,7 +174,17 @@ fn averages_table() -> &'static wgpu::Buffer {
 
 /// Values of the shader's functions at `arguments`.
 fn called(parity: &Parity, arguments: &[[f32; ARGUMENTS]]) -> Vec<[f32; 4]> {
-    let library = shader::compose(parity.file, &[]).unwrap();
+    // A model's file wants its fellows.
+    let model = if parity.file.contains("_deon") {
+        Model::Deon
+    } else {
+        Model::Marschner
+    };
+    let method = Method {
+        model,
+        ..Method::default()
+    };
+    let library = shader::compose(parity.file, method.files()).unwrap();
     let text = format!(
         "{library}
         @group(0) @binding(0) var<storage, read> arguments: array<array<f32, {ARGUMENTS}>>;
@@ -292,6 +317,7 @@ fn every_library_function_is_held_once() {
         picture::PARITIES,
         dual::PARITIES,
         schemes::PARITIES,
+        models::PARITIES,
     ]
     .concat();
     for parity in &parities {

@@ -1,7 +1,29 @@
 //! Options that say how single scattering is evaluated.
 
-use balayage_render::gpu::{DIRECTIONS, Method, Quality, SEGMENTS, Scheme};
+use balayage_render::gpu::{DIRECTIONS, Method, Model, Quality, SEGMENTS, Scheme};
 use clap::{Args, ValueEnum};
+
+/// `--model` of a picture.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+pub enum ModelName {
+    /// Marschner 2003: R, TT and TRT.
+    #[default]
+    Marschner,
+    /// d'Eon 2011: conserves energy.
+    Deon,
+    /// Kajiya and Kay 1989: a highlight and a diffuse term in the hair's colour; no multiple scattering, whatever --multiple says.
+    KajiyaKay,
+}
+
+impl From<ModelName> for Model {
+    fn from(name: ModelName) -> Self {
+        match name {
+            ModelName::Marschner => Self::Marschner,
+            ModelName::Deon => Self::Deon,
+            ModelName::KajiyaKay => Self::KajiyaKay,
+        }
+    }
+}
 
 /// `--scheme`, `--segments`, `--directions`, `--quality`.
 #[derive(Args, Clone, Copy, Debug, Default)]

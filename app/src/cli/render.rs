@@ -7,8 +7,8 @@ use std::{
 
 use balayage_render::{
     gpu::{
-        Camera, CameraFile, FrameReport, Gpu, Multiple, Quality, RenderSettings, Renderer, ShadeSettings,
-        Terms, ViewTransform,
+        Camera, CameraFile, FrameReport, Gpu, Method, Multiple, Quality, RenderSettings, Renderer,
+        ShadeSettings, Terms, ViewTransform,
     },
     image::write_png,
 };
@@ -17,7 +17,10 @@ use glam::Mat4;
 use serde_json::json;
 
 use super::{
-    CliError, Console, hair_option::HairOption, light_options::LightOptions, method_options::MethodOptions,
+    CliError, Console,
+    hair_option::HairOption,
+    light_options::LightOptions,
+    method_options::{MethodOptions, ModelName},
 };
 use crate::{
     Problem,
@@ -54,6 +57,9 @@ pub(super) struct RenderArgs {
     /// Turns the camera round the hair; a full turn takes that many frames [default: the last of --frames].
     #[arg(long, value_name = "FRAMES", num_args = 0..=1, default_missing_value = "0", requires = "frames")]
     turntable: Option<u32>,
+    /// What a fibre does to light.
+    #[arg(long, value_enum, default_value_t)]
+    model: ModelName,
     #[command(flatten)]
     method: MethodOptions,
     /// Which light is seen.
@@ -310,7 +316,10 @@ fn settings(args: &RenderArgs, document: &Document) -> RenderSettings {
     };
     RenderSettings {
         shade: ShadeSettings {
-            method,
+            method: Method {
+                model: args.model.into(),
+                ..method
+            },
             multiple: match args.multiple {
                 MultipleName::M2 => Multiple::M2,
                 MultipleName::Zinke2008 => Multiple::Zinke2008,

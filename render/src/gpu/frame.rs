@@ -347,6 +347,7 @@ impl Renderer {
             return Err(refused("it has no pixels"));
         }
         let scene = self.scene.as_mut().ok_or_else(|| refused("no groom was given"))?;
+        self.transmittance.set_model(&gpu, settings.shade.method.model)?;
         let last = self.last.as_ref();
         self.stale.shading |=
             last.is_none_or(|(c, _, s)| c.position() != camera.position() || s.shade != settings.shade);

@@ -107,7 +107,11 @@ impl Kernel {
         )
     }
 
-    fn composed(
+    /// Compiles a pass with files standing in for others (`shader::compose`) and pipeline-overridable `constants`, all of which the pass has.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`] with the compiler's message.
+    pub(super) fn composed(
         gpu: &Gpu,
         path: &str,
         instead: &[(&str, &str)],

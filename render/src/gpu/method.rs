@@ -19,11 +19,23 @@ pub enum Quality {
 
 /// Which scattering function a fibre has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "kebab-case")]
 pub enum Model {
     /// Marschner 2003: R, TT and TRT.
     #[default]
     Marschner,
+    /// d'Eon 2011: conserves energy; p = 0 to 3 and the remainder, which count as R, TT and TRT (p >= 2).
+    Deon,
+    /// Kajiya and Kay 1989: a highlight (counts as R) and a diffuse term (counts as TRT) in the hair's colour. It knows no multiple
+    /// scattering: the diffuse colour stands for it.
+    KajiyaKay,
+}
+
+impl Model {
+    /// Whether light that other fibres have scattered is added.
+    pub fn scatters_often(self) -> bool {
+        self != Self::KajiyaKay
+    }
 }
 
 /// How Marschner's model is integrated over a light.
@@ -114,6 +126,13 @@ impl Method {
             (Model::Marschner, Scheme::Directional { .. }) => {
                 &[("lib/single.wgsl", "lib/single_directional.wgsl")]
             }
+            (Model::Deon, _) => &[
+                ("lib/single.wgsl", "lib/single_deon.wgsl"),
+                ("lib/global.wgsl", "lib/global_deon.wgsl"),
+                ("lib/forward.wgsl", "lib/forward_deon.wgsl"),
+                ("lib/averages.wgsl", "lib/averages_deon.wgsl"),
+            ],
+            (Model::KajiyaKay, _) => &[("lib/single.wgsl", "lib/single_kajiya_kay.wgsl")],
         }
     }
 

@@ -173,22 +173,30 @@ const CHUNK: usize = 1 << 17;
 /// Evaluates the cases on the GPU, [`CHUNK`] in a dispatch. Values outside the model's range are moved to its edge by the shaders.
 ///
 /// # Errors
-/// [`GpuError`] when the shader is refused, the cases exceed a buffer, or the device is lost.
+/// [`GpuError`] when the shader is refused (Kajiya-Kay has no averages: [`super::probe_kajiya_kay`] answers for it), the cases exceed a
+/// buffer, or the device is lost.
 pub fn run(gpu: &Gpu, cases: &[ProbeCase], method: &Method) -> Result<Vec<ProbeResult>, GpuError> {
-    let kernel = Kernel::scattering(gpu, "pass/probe.wgsl", method)?;
+    let results = run_pass::<GpuResult>(gpu, "pass/probe.wgsl", cases, method)?;
+    Ok(results.iter().map(ProbeResult::from).collect())
+}
+
+/// Results of a pass that takes the tables, [`GpuCase`]s and one result a case at bindings 0, 1 and 2.
+pub(super) fn run_pass<R: Pod>(
+    gpu: &Gpu,
+    path: &str,
+    cases: &[ProbeCase],
+    method: &Method,
+) -> Result<Vec<R>, GpuError> {
+    let kernel = Kernel::scattering(gpu, path, method)?;
     let tables = gpu.storage_of("scattering tables", &scattering_tables())?;
     let mut results = Vec::with_capacity(cases.len());
     for chunk in cases.chunks(CHUNK) {
         let packed: Vec<GpuCase> = chunk.iter().map(GpuCase::from).collect();
         let inputs = gpu.storage_of("probe cases", &packed)?;
-        let outputs = gpu.storage("probe results", (chunk.len() * size_of::<GpuResult>()) as u64)?;
+        let outputs = gpu.storage("probe results", (chunk.len() * size_of::<R>()) as u64)?;
         let bindings = kernel.bind(gpu, &[(0, &tables), (1, &inputs), (2, &outputs)]);
         kernel.run(gpu, &bindings, chunk.len() as u32);
-        results.extend(
-            gpu.read::<GpuResult>(&outputs, chunk.len())?
-                .iter()
-                .map(ProbeResult::from),
-        );
+        results.extend(gpu.read::<R>(&outputs, chunk.len())?);
     }
     Ok(results)
 }

@@ -60,6 +60,15 @@ impl Default for ShadeSettings {
     }
 }
 
+impl ShadeSettings {
+    /// Whether light that other fibres have scattered is added.
+    pub fn scatters_often(&self) -> bool {
+        self.multiple != Multiple::Off
+            && self.method.model.scatters_often()
+            && self.terms.0 & Terms::MULTIPLE.0 != 0
+    }
+}
+
 /// Layout of `ShadeUniform` in `shaders/pass/shade.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -107,7 +116,8 @@ pub struct ShadePass {
 
 struct ShadeKernels {
     single: Kernel,
-    multiple: Kernel,
+    /// None for a model that knows no multiple scattering.
+    multiple: Option<Kernel>,
 }
 
 /// What shading evaluated.
@@ -147,7 +157,7 @@ impl ShadePass {
         inputs: &ShadeInputs<'_>,
     ) -> Result<ShadeReport, GpuError> {
         let mut report = ShadeReport::default();
-        let scatters_often = settings.multiple != Multiple::Off && settings.terms.0 & Terms::MULTIPLE.0 != 0;
+        let scatters_often = settings.scatters_often();
         let lights = runs(settings, strands, inputs);
         // What no pass fills is dark.
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -186,7 +196,7 @@ impl ShadePass {
         let points = strands
             .multiple_work
             .collect(gpu, &self.lister, &strands.wanted_points, DONE)?;
-        if scatters_often && points > 0 {
+        if let (true, Some(kernel)) = (scatters_often && points > 0, &kernels.multiple) {
             for run in &lights {
                 let uniform = gpu.uniform_of("shade multiple", &run.uniform);
                 let own = [
@@ -198,8 +208,8 @@ impl ShadePass {
                     (10, &strands.point_vertices),
                     (11, &strands.multiple_work.items),
                 ];
-                let bound = kernels.multiple.bind(gpu, &[&common[..], &own].concat());
-                kernels.multiple.run(gpu, &bound, points);
+                let bound = kernel.bind(gpu, &[&common[..], &own].concat());
+                kernel.run(gpu, &bound, points);
                 report.multiple += u64::from(points) * u64::from(run.uniform.light_count);
             }
         }
@@ -241,7 +251,11 @@ impl ShadeKernels {
         };
         Ok(Self {
             single: Kernel::scattering(gpu, "pass/shade.wgsl", &method)?,
-            multiple: Kernel::scattering(gpu, "pass/shade_multiple.wgsl", &Method { quality, ..method })?,
+            multiple: method
+                .model
+                .scatters_often()
+                .then(|| Kernel::scattering(gpu, "pass/shade_multiple.wgsl", &Method { quality, ..method }))
+                .transpose()?,
         })
     }
 }

@@ -9,8 +9,9 @@
 //! | window cosine powers | [`WINDOW_OFFSET`] | means of y^1..y^8 over the half circle around a direction (Xu 2011, Eq 28), over y |
 //! | Fresnel polynomials | [`FRESNEL_OFFSET`] | coefficients of X^0..X^7 of the exact dielectric reflectance, over eta |
 //! | Fresnel moments of Xu 2011 | [`XU_OFFSET`] | H_0, H_2, H_4 of TT, then of TRT (Eq 19, 23), over 1/eta and theta_d |
+//! | Kajiya-Kay | [`KAJIYA_KAY_OFFSET`] | corner and differences of the diffuse term per cell (`gpu/tables_kajiya_kay.rs`) |
 //!
-//! `shaders/lib/tables.wgsl` repeats the constants of this file; a test compares them.
+//! `shaders/lib/tables.wgsl` and `shaders/lib/kajiya_kay_table.wgsl` repeat the constants of this file; a test compares them.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -53,8 +54,12 @@ pub const XU_ETA_MAX: f64 = 10.0;
 pub const XU_THETA_STEPS: usize = 64;
 /// First entry of the moments.
 pub const XU_OFFSET: usize = FRESNEL_OFFSET + 2 * (FRESNEL_STEPS + 1);
+/// Intervals of the diffuse term of Kajiya and Kay along each axis.
+pub const KAJIYA_KAY_STEPS: usize = 32;
+/// First entry of the diffuse term of Kajiya and Kay.
+pub const KAJIYA_KAY_OFFSET: usize = XU_OFFSET + 2 * (XU_ETA_STEPS + 1) * (XU_THETA_STEPS + 1);
 /// All entries.
-pub const TABLE_LEN: usize = XU_OFFSET + 2 * (XU_ETA_STEPS + 1) * (XU_THETA_STEPS + 1);
+pub const TABLE_LEN: usize = KAJIYA_KAY_OFFSET + KAJIYA_KAY_STEPS * KAJIYA_KAY_STEPS;
 
 /// All sections in the order above, [`TABLE_LEN`] entries.
 pub fn scattering_tables() -> Vec<[f32; 4]> {
@@ -82,6 +87,7 @@ pub fn scattering_tables() -> Vec<[f32; 4]> {
         out.push(narrow([c[4], c[5], c[6], c[7]]));
     }
     push_xu_moments(&mut out);
+    out.extend_from_slice(super::tables_kajiya_kay::cells());
     out
 }
 

@@ -8,7 +8,7 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 
 use super::work_list::{DONE, Lister, WorkList};
-use super::{Gpu, GpuError, Kernel};
+use super::{Gpu, GpuError, Kernel, Method, Model};
 use crate::gpu::tables::scattering_tables;
 use crate::light::SrbfLight;
 use crate::param::{LobeRatios, VertexParams};
@@ -163,7 +163,8 @@ pub struct Transmittance {
     visibility_exact: Kernel,
     path: Kernel,
     lister: Lister,
-    averages_pass: Kernel,
+    /// The model whose averages the table holds, and the pass that fills it.
+    averages_pass: (Model, Kernel),
     averages: wgpu::Buffer,
     tables: wgpu::Buffer,
     fibre: Option<MeanFibre>,
@@ -188,7 +189,7 @@ impl Transmittance {
             visibility_exact: Kernel::new(gpu, "pass/visibility_exact.wgsl", &[])?,
             path: Kernel::new(gpu, "pass/transmittance_path.wgsl", &[])?,
             lister: Lister::new(gpu)?,
-            averages_pass: Kernel::new(gpu, "pass/averages.wgsl", &[])?,
+            averages_pass: (Model::default(), averages_pass(gpu, Model::default())?),
             tables: gpu.storage_of("scattering tables", &scattering_tables())?,
             fibre: None,
             averages: gpu.storage(
@@ -242,6 +243,19 @@ impl Transmittance {
         self.stale.averages |= self.fibre != Some(mean);
         self.fibre = Some(mean);
         self.stale.paint = true;
+    }
+
+    /// Takes the model whose averages light loses and spreads by on its way; a model without multiple scattering changes nothing.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`] where a shader does not compile.
+    pub fn set_model(&mut self, gpu: &Gpu, model: Model) -> Result<(), GpuError> {
+        if model.scatters_often() && self.averages_pass.0 != model {
+            self.averages_pass = (model, averages_pass(gpu, model)?);
+            self.stale.averages = true;
+            self.stale.paint = true;
+        }
+        Ok(())
     }
 
     /// True where the last update kept losses of an earlier paint.
@@ -380,10 +394,9 @@ impl Transmittance {
 
     fn run_averages(&self, gpu: &Gpu, fibre: &MeanFibre) {
         let fibre = gpu.uniform_of("mean fibre", fibre);
-        let bindings = self
-            .averages_pass
-            .bind(gpu, &[(0, &self.tables), (1, &fibre), (2, &self.averages)]);
-        self.averages_pass.run(gpu, &bindings, AVERAGES_NODES);
+        let pass = &self.averages_pass.1;
+        let bindings = pass.bind(gpu, &[(0, &self.tables), (1, &fibre), (2, &self.averages)]);
+        pass.run(gpu, &bindings, AVERAGES_NODES);
     }
 
     fn run_paint(&self, gpu: &Gpu, volume: &VolumeBuffers, params: &wgpu::Buffer) {
@@ -463,6 +476,16 @@ impl Transmittance {
             }
         }
     }
+}
+
+/// The pass that fills the table of averages of a model.
+fn averages_pass(gpu: &Gpu, model: Model) -> Result<Kernel, GpuError> {
+    let method = Method {
+        model,
+        ..Method::default()
+    };
+    // Its node counts are no matter of quality.
+    Kernel::composed(gpu, "pass/averages.wgsl", method.files(), &[])
 }
 
 /// Which of the two records is written, and how.

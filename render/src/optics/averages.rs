@@ -77,15 +77,22 @@ pub fn attenuation(
 pub fn scattering_averages(fibre: &Fibre, theta: f64, tolerance: f64) -> Result<Averages, OpticsError> {
     let forward = attenuation(fibre, theta, AzimuthShare::Forward, tolerance)?;
     let backward = attenuation(fibre, theta, AzimuthShare::Backward, tolerance)?;
-    let beta_squared = fibre.beta.map(|beta| beta * beta);
-    Ok(Averages {
-        a_f: sum(&forward),
-        a_b: sum(&backward),
-        alpha_f: weighted(&forward, &fibre.alpha),
-        alpha_b: weighted(&backward, &fibre.alpha),
-        beta_f: weighted(&forward, &beta_squared).map(f64::sqrt),
-        beta_b: weighted(&backward, &beta_squared).map(f64::sqrt),
-    })
+    Ok(Averages::of_lobes(fibre, &forward, &backward))
+}
+
+impl Averages {
+    /// From what each lobe scatters forward and backward.
+    pub(super) fn of_lobes(fibre: &Fibre, forward: &[Rgb; 3], backward: &[Rgb; 3]) -> Self {
+        let beta_squared = fibre.beta.map(|beta| beta * beta);
+        Self {
+            a_f: sum(forward),
+            a_b: sum(backward),
+            alpha_f: weighted(forward, &fibre.alpha),
+            alpha_b: weighted(backward, &fibre.alpha),
+            beta_f: weighted(forward, &beta_squared).map(f64::sqrt),
+            beta_b: weighted(backward, &beta_squared).map(f64::sqrt),
+        }
+    }
 }
 
 /// Sum over the lobes.

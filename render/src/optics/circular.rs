@@ -342,6 +342,69 @@ impl Kernel for DetectedLight {
     }
 }
 
+/// [`HalfCircle`] or an [`AzimuthShare`] seen through a [`GaussianDetector`], as its cosine series: a constant and the odd harmonics, of
+/// which the detector multiplies the m-th by exp(-m^2 beta^2 / 2).
+#[derive(Clone, Debug)]
+pub struct DetectedHalf {
+    mean: f64,
+    /// Coefficients of cos x, cos 3x, cos 5x ...
+    odd: Vec<f64>,
+    beta: f64,
+}
+
+impl DetectedHalf {
+    /// The half circle through a detector of standard deviation `beta`.
+    pub fn circle(beta: f64) -> Self {
+        let sign = |m: f64| if m % 4.0 == 1.0 { 1.0 } else { -1.0 };
+        Self::new(0.5 / PI, beta, |m| 2.0 * sign(m) / (PI * PI * m))
+    }
+
+    /// A share through a detector of standard deviation `beta`.
+    pub fn share(share: AzimuthShare, beta: f64) -> Self {
+        let sign = match share {
+            AzimuthShare::Forward => -1.0,
+            AzimuthShare::Backward => 1.0,
+        };
+        Self::new(0.5, beta, |m| 4.0 * sign / (PI * PI * m * m))
+    }
+
+    fn new(mean: f64, beta: f64, coefficient: impl Fn(f64) -> f64) -> Self {
+        // Harmonics beyond nine of the detector's own are below 1e-17.
+        let count = (0.5 * REACH / beta).clamp(2.0, 5000.0) as u32;
+        let odd = (0..count).map(|k| {
+            let m = f64::from(2 * k + 1);
+            coefficient(m) * (-0.5 * (m * beta).powi(2)).exp()
+        });
+        Self {
+            mean,
+            odd: odd.collect(),
+            beta,
+        }
+    }
+}
+
+impl Kernel for DetectedHalf {
+    fn value(&self, x: f64) -> f64 {
+        // cos (m + 2) x = 2 cos 2x cos m x - cos (m - 2) x.
+        let twice = 2.0 * (2.0 * x).cos();
+        let (mut before, mut now) = (x.cos(), x.cos());
+        let mut sum = self.mean;
+        for coefficient in &self.odd {
+            sum += coefficient * now;
+            (before, now) = (now, twice * now - before);
+        }
+        sum
+    }
+
+    fn marks(&self) -> &[f64] {
+        &[0.0, FRAC_PI_2, PI]
+    }
+
+    fn width(&self) -> f64 {
+        self.beta
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -384,6 +447,17 @@ mod tests {
                     "half",
                     SmoothedHalfCircle::new(smoothing).value(x),
                     convolved(&HalfCircle, &through, x, &edges),
+                );
+                let detector = GaussianDetector::new(w);
+                near(
+                    "half through a detector",
+                    DetectedHalf::circle(w).value(x),
+                    convolved(&HalfCircle, &detector, x, &edges),
+                );
+                near(
+                    "share through a detector",
+                    DetectedHalf::share(AzimuthShare::Forward, w).value(x),
+                    convolved(&AzimuthShare::Forward, &detector, x, &[]),
                 );
                 near(
                     "detector",

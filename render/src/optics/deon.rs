@@ -8,14 +8,21 @@
 
 use std::f64::consts::{PI, SQRT_2};
 
+use super::averages::Averages;
 use super::azimuthal::CrossSection;
 use super::bessel::i0e;
-use super::circular::{DetectedLight, GaussianDetector, Unit};
-use super::fibre::{Direction, Fibre, OpticsError, Rgb, SrbfLight, check_inclination, check_tolerance};
-use super::longitudinal::{integrate_theta, settled};
-use super::quadrature::Estimate;
+use super::circular::{AzimuthShare, DetectedHalf, DetectedLight, GaussianDetector, Kernel, Unit};
+use super::dual::check_inverse_cosine;
+use super::fibre::{
+    Direction, Fibre, Lobe, Lobes, OpticsError, Rgb, SrbfLight, check_inclination, check_tolerance,
+    check_width,
+};
+use super::longitudinal::{integrate_theta, ln_normal, settled};
+use super::quadrature::{Estimate, Tolerance};
 use super::single::INNER;
 
+/// Orders p = 0 .. 3 are drawn one by one; those above are the remainder.
+pub const DRAWN_ORDERS: u32 = 4;
 /// Highest order that the reference evaluates.
 pub const MOST_ORDERS: u32 = 64;
 
@@ -135,6 +142,34 @@ pub fn single_scattering(
     (0..orders).map(of_order).collect()
 }
 
+/// Integral over the sphere of G times all orders from `first` (>= 1) on, as the shaders draw what is left beyond p = 3: the geometric
+/// series of the orders' energy, the same to all azimuths, with the cone of order `first`.
+///
+/// # Errors
+/// As [`n_p`].
+pub fn remainder(
+    fibre: &Fibre,
+    view: Direction,
+    light: &SrbfLight,
+    first: u32,
+    tolerance: f64,
+) -> Result<Rgb, OpticsError> {
+    fibre.check()?;
+    view.check(["theta_o", "phi_o"])?;
+    check_orders(first)?;
+    check_tolerance(tolerance)?;
+    let inner = |section: &CrossSection, theta_i: f64, tolerance: f64| {
+        // A light of concentration kappa and peak one integrates to 2 pi i0e(kappa) over the azimuth.
+        let seen = i0e(light.azimuthal_sharpness(theta_i));
+        let energy = section.integrate_tail(first, &fibre.sigma_a, tolerance);
+        Estimate {
+            value: energy.value.map(|e| seen * e),
+            error: energy.error.map(|e| seen * e),
+        }
+    };
+    integrate_order(fibre, first, view.theta, light, inner, tolerance)
+}
+
 /// Integral over theta_i of g^c M_p cos(theta_i) times `inner`.
 fn integrate_order(
     fibre: &Fibre,
@@ -174,17 +209,121 @@ pub fn furnace_radiance(
     let uniform = SrbfLight::uniform();
     let first = orders.max(1);
     let explicit = single_scattering(fibre, view, &uniform, first, tolerance)?;
-    let tail = integrate_order(
-        fibre,
-        first,
-        theta_o,
-        &uniform,
-        |section, _, tolerance| section.integrate_tail(first, &fibre.sigma_a, tolerance),
-        tolerance,
-    )?;
+    let tail = remainder(fibre, view, &uniform, first, tolerance)?;
     Ok(std::array::from_fn(|c| {
         explicit.iter().map(|s| s[c]).sum::<f64>() + tail[c]
     }))
+}
+
+/// All averages of the fibre at inclination `theta` of the light, radians, all orders: Eq 32 of Xu 2011 with S_p = M_p N_p, the remainder
+/// beyond p = 3 the same to all azimuths. The tilt goes with the light: M_p(theta_o, theta - 2 alpha) integrates to one over the views,
+/// so that a fibre without absorption loses nothing at any tilt.
+///
+/// # Errors
+/// As [`n_p`].
+pub fn scattering_averages(fibre: &Fibre, theta: f64, tolerance: f64) -> Result<Averages, OpticsError> {
+    fibre.check()?;
+    check_inclination("theta_j", theta)?;
+    check_tolerance(tolerance)?;
+    let shares = |share: AzimuthShare| {
+        let kernel = DetectedHalf::share(share, detector_width(fibre));
+        Lobes::try_each(|lobe| share_of_lobe(fibre, lobe, theta, &kernel, tolerance)).map(|l| l.to_array())
+    };
+    let (forward, backward) = (shares(AzimuthShare::Forward)?, shares(AzimuthShare::Backward)?);
+    Ok(Averages::of_lobes(fibre, &forward, &backward))
+}
+
+/// What a lobe (p >= 2: TRT) scatters into the kernel's share of azimuths.
+fn share_of_lobe(
+    fibre: &Fibre,
+    lobe: Lobe,
+    theta: f64,
+    kernel: &impl Kernel,
+    tolerance: f64,
+) -> Result<Rgb, OpticsError> {
+    let (alpha, v) = tilt_and_variance(fibre, lobe.p());
+    let ln_weight = |theta_o: f64| ln_m_p(v, theta_o, theta - 2.0 * alpha);
+    let inner = |theta_o: f64| {
+        let section = CrossSection::new(fibre.eta, 0.5 * (theta_o - theta));
+        lobe_integral(fibre, &section, lobe, kernel, 0.0, 0.5, tolerance).map(|n| n * theta_o.cos())
+    };
+    settled(
+        "average attenuation",
+        &integrate_theta(ln_weight, 1.0 / v, inner, tolerance),
+        tolerance,
+    )
+}
+
+/// N of a lobe against a kernel at azimuth `phi`; TRT holds p = 2, p = 3 and, times the kernel's `mean`, all above.
+fn lobe_integral(
+    fibre: &Fibre,
+    section: &CrossSection,
+    lobe: Lobe,
+    kernel: &impl Kernel,
+    phi: f64,
+    mean: f64,
+    tolerance: f64,
+) -> Rgb {
+    let inside = Tolerance {
+        relative: INNER * tolerance,
+        absolute: 1e-13,
+    };
+    let order = |p: u32| section.integrate(p, &fibre.sigma_a, kernel, phi, inside).value;
+    if lobe != Lobe::Trt {
+        return order(lobe.p());
+    }
+    let above = section
+        .integrate_tail(DRAWN_ORDERS, &fibre.sigma_a, INNER * tolerance)
+        .value;
+    let (p2, p3) = (order(2), order(3));
+    std::array::from_fn(|c| p2[c] + p3[c] + mean * above[c])
+}
+
+/// Light that arrives scattered forward, as [`super::global_scattering`] has it (Xu 2011, Eq 27), per lobe with all orders: the density
+/// over solid angle, g(theta_i) s_f(phi_i) / cos(theta_j), times S_p, without a cosine.
+///
+/// # Errors
+/// As [`n_p`], and theta_j at a pole.
+pub fn global_scattering(
+    fibre: &Fibre,
+    view: Direction,
+    light: Direction,
+    sigma_f: f64,
+    tolerance: f64,
+) -> Result<Lobes, OpticsError> {
+    fibre.check()?;
+    view.check(["theta_o", "phi_o"])?;
+    light.check(["theta_j", "phi_j"])?;
+    check_inverse_cosine(light.theta)?;
+    check_width("sigma_f", sigma_f)?;
+    check_tolerance(tolerance)?;
+    let spread = sigma_f / SQRT_2;
+    let kernel = DetectedHalf::circle(detector_width(fibre));
+    Lobes::try_each(|lobe| {
+        let (alpha, v) = tilt_and_variance(fibre, lobe.p());
+        let ln_weight = |theta_i: f64| {
+            ln_m_p(v, theta_i, view.theta - 2.0 * alpha) + ln_normal(theta_i, light.theta, spread)
+        };
+        let inner = |theta_i: f64| {
+            let section = CrossSection::new(fibre.eta, 0.5 * (view.theta - theta_i));
+            let n = lobe_integral(
+                fibre,
+                &section,
+                lobe,
+                &kernel,
+                view.phi - light.phi,
+                0.5 / PI,
+                tolerance,
+            );
+            n.map(|n| n * theta_i.cos() / light.theta.cos())
+        };
+        let precision = 1.0 / v + 1.0 / (spread * spread);
+        settled(
+            "global scattering",
+            &integrate_theta(ln_weight, precision, inner, tolerance),
+            tolerance,
+        )
+    })
 }
 
 /// The cone of d'Eon 2011, Appendix A, before its azimuth is integrated in closed form: the spherical Gaussian of variance `v`

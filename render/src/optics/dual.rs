@@ -13,7 +13,7 @@ use super::quadrature::integrate;
 use super::single::INNER;
 
 /// The inclination of the light must leave 1 / cos(theta_j) of Eq 27 and 29 finite.
-fn check_inverse_cosine(theta_j: f64) -> Result<(), OpticsError> {
+pub(super) fn check_inverse_cosine(theta_j: f64) -> Result<(), OpticsError> {
     check_inclination("theta_j", theta_j)?;
     if theta_j.cos() < 1e-9 {
         return Err(OpticsError::Refused {

@@ -309,3 +309,47 @@ impl MarschnerCase {
         SrbfLight::new(centre, self.lambda_j)
     }
 }
+
+impl DeonCase {
+    /// The fibre, checked.
+    fn fibre(&self) -> Result<Fibre, OpticsError> {
+        let fibre = Fibre {
+            eta: self.eta,
+            eccentricity: 1.0,
+            sigma_a: self.sigma_a,
+            alpha: self.alpha_deg.map(f64::to_radians),
+            beta: [0.5 * self.deon_beta_long; 3],
+            azimuthal_width: std::f64::consts::SQRT_2 * self.deon_beta_azimuth,
+        };
+        fibre.check()?;
+        Ok(fibre)
+    }
+
+    /// Where the view is.
+    fn view(&self) -> Direction {
+        Direction {
+            theta: self.theta_o,
+            phi: self.phi_o,
+        }
+    }
+
+    /// The light, checked.
+    fn light(&self) -> Result<SrbfLight, OpticsError> {
+        let centre = Direction {
+            theta: self.theta_j,
+            phi: self.phi_j,
+        };
+        SrbfLight::new(centre, self.lambda_j)
+    }
+}
+
+impl KajiyaKayCase {
+    /// The light, checked.
+    fn light(&self) -> Result<SrbfLight, OpticsError> {
+        let centre = Direction {
+            theta: self.theta_j,
+            phi: 0.0,
+        };
+        SrbfLight::new(centre, self.lambda_j)
+    }
+}

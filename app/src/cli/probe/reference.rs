@@ -3,8 +3,7 @@
 use balayage_render::gpu::GpuError;
 use balayage_render::optics::dual::Backward;
 use balayage_render::optics::{
-    Direction, Fibre, Lobes, OpticsError, Rgb, SrbfLight, deon, global_scattering, kajiya_kay,
-    scattering_averages, single_scattering,
+    Lobes, OpticsError, Rgb, deon, global_scattering, kajiya_kay, scattering_averages, single_scattering,
 };
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -15,8 +14,6 @@ use super::{
 
 /// Relative tolerance of every number of the reference; estimates are pessimistic, true errors are some 1e-8.
 const TOLERANCE: f64 = 1e-6;
-/// Orders p = 0 .. 3 of the model of d'Eon.
-const DEON_ORDERS: u32 = 4;
 
 /// Numerical integration, all cores.
 pub(super) struct Reference;
@@ -57,46 +54,22 @@ fn lobes(lobes: &Lobes) -> Value {
     json!({"R": lobes.r, "TT": lobes.tt, "TRT": lobes.trt})
 }
 
-/// d'Eon's model: single scattering per order.
+/// d'Eon's model: single scattering per order, and of all above.
 fn deon_model(case: &DeonCase) -> Result<Value, OpticsError> {
-    let fibre = Fibre {
-        eta: case.eta,
-        eccentricity: 1.0,
-        sigma_a: case.sigma_a,
-        alpha: case.alpha_deg.map(f64::to_radians),
-        beta: [0.5 * case.deon_beta_long; 3],
-        azimuthal_width: std::f64::consts::SQRT_2 * case.deon_beta_azimuth,
-    };
-    let view = Direction {
-        theta: case.theta_o,
-        phi: case.phi_o,
-    };
-    fibre.check()?;
-    let light = SrbfLight::new(
-        Direction {
-            theta: case.theta_j,
-            phi: case.phi_j,
-        },
-        case.lambda_j,
-    )?;
-    let orders = deon::single_scattering(&fibre, view, &light, DEON_ORDERS, TOLERANCE)?;
+    let (fibre, view, light) = (case.fibre()?, case.view(), case.light()?);
+    let orders = deon::single_scattering(&fibre, view, &light, deon::DRAWN_ORDERS, TOLERANCE)?;
+    let remainder = deon::remainder(&fibre, view, &light, deon::DRAWN_ORDERS, TOLERANCE)?;
     let by_order: serde_json::Map<String, Value> = orders
         .iter()
         .enumerate()
         .map(|(p, s)| (p.to_string(), json!(s)))
         .collect();
-    Ok(json!({ "single": by_order }))
+    Ok(json!({ "single": by_order, "remainder": remainder }))
 }
 
 /// Kajiya and Kay's diffuse term with K_d = 1, the same in every channel.
 fn kajiya_kay_model(case: &KajiyaKayCase) -> Result<Value, OpticsError> {
-    let light = SrbfLight::new(
-        Direction {
-            theta: case.theta_j,
-            phi: 0.0,
-        },
-        case.lambda_j,
-    )?;
+    let light = case.light()?;
     let diffuse = kajiya_kay::diffuse(&light, TOLERANCE)?;
     let channels: Rgb = [diffuse; 3];
     Ok(json!({ "diffuse": channels }))
