@@ -10,15 +10,18 @@ mod edit;
 pub mod files;
 mod history;
 pub mod json;
+mod layering;
 mod lighting;
 mod open;
+mod operations;
 mod project;
+mod stroking;
 
 use std::{path::PathBuf, sync::Arc};
 
 use balayage_render::{
     groom::Groom,
-    param::{PointValues, VertexParams},
+    param::{Channel, PointValues, VertexParams},
 };
 use rayon::prelude::*;
 
@@ -29,7 +32,7 @@ pub use history::DEFAULT_HISTORY_BYTES;
 pub use lighting::{Lighting, map_warnings};
 pub use open::{MAX_PROJECT_BYTES, Opened};
 pub use project::{
-    Blend, CameraPose, Environment, GroomReference, HairSettings, HeadReference, Layer, LightSettings,
+    Blend, CameraPose, Dye, Environment, GroomReference, HairSettings, HeadReference, Layer, LightSettings,
     MAX_LAYERS, Open, PROJECT_VERSION, Project,
 };
 
@@ -37,7 +40,9 @@ use crate::{
     Problem,
     paint::{DirtyRanges, LayerMaps, LiveStroke, Operation, OperationId, StrandIndex},
 };
+use compose::LayerState;
 use history::History;
+use operations::Prefix;
 
 /// An open project with its painted values and its history.
 pub struct Document {
@@ -47,14 +52,16 @@ pub struct Document {
     path: Option<PathBuf>,
     /// The folder that the project's paths count from.
     folder: PathBuf,
-    /// What the strokes of each layer amount to, in the order of the project's layers.
-    layers: Vec<LayerMaps>,
+    /// What each layer amounts to, in the order of the project's layers.
+    layers: Vec<LayerState>,
     values: Vec<PointValues>,
     params: Vec<VertexParams>,
     history: History,
     saved_state: u64,
     /// The stroke under way and the index of its layer.
     live: Option<(usize, LiveStroke)>,
+    /// What comes before the operation that is being adjusted.
+    prefix: Option<Prefix>,
 }
 
 impl Document {
@@ -76,13 +83,9 @@ impl Document {
             history: History::new(),
             saved_state: 0,
             live: None,
+            prefix: None,
         };
-        document.layers = document
-            .project
-            .layers
-            .iter()
-            .map(|layer| document.replayed(&layer.id))
-            .collect();
+        document.rebuild_layers();
         let count = document.groom().point_count();
         document.values = vec![document.project.hair.base.known; count];
         document.params = vec![
@@ -91,7 +94,7 @@ impl Document {
                 .hair
                 .base
                 .known
-                .vertex_params(document.project.hair.pigments);
+                .vertex_params(document.project.hair.pigments, &document.project.hair.ratios.known);
             count
         ];
         document.recompose(&DirtyRanges::all(count));
@@ -191,6 +194,16 @@ impl Document {
         self.history.set_max_bytes(max_bytes);
     }
 
+    /// The limit of [`Document::set_history_bytes`].
+    pub fn history_limit_bytes(&self) -> usize {
+        self.history.max_bytes()
+    }
+
+    /// Memory that the history keeps for undoing and redoing at once, in bytes.
+    pub fn history_bytes(&self) -> usize {
+        self.history.bytes()
+    }
+
     /// Moves the camera; a view is no edit.
     ///
     /// # Errors
@@ -228,13 +241,23 @@ impl Document {
             .filter(move |operation| operation.layer == id)
     }
 
+    /// Follows new maps of a channel of a layer at the points in `dirty`; returns the points whose values changed.
+    fn repainted(&mut self, layer: usize, channel: Channel, dirty: DirtyRanges) -> DirtyRanges {
+        if channel != Channel::Mask {
+            return self.recompose(&dirty);
+        }
+        let settings = &self.project.layers[layer];
+        let masked = self.layers[layer].update_mask(&self.index, settings, &dirty);
+        self.recompose(&masked)
+    }
+
     /// Brings values and parameters of the points in `dirty` up to date; returns those that changed.
     fn recompose(&mut self, dirty: &DirtyRanges) -> DirtyRanges {
         let hair = &self.project.hair;
         let (layers, maps) = (&self.project.layers, &self.layers);
         let composed = |point: u32| {
-            let values = compose::compose(&hair.base.known, layers.iter().zip(maps), point as usize);
-            (values, values.vertex_params(hair.pigments))
+            let (values, ratios) = compose::compose(hair, layers.iter().zip(maps), point as usize);
+            (values, values.vertex_params(hair.pigments, &ratios))
         };
         let mut changed = Vec::new();
         for range in dirty.ranges() {

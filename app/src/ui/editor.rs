@@ -216,9 +216,6 @@ impl Editor {
     pub(super) fn pass_on(&mut self, changes: &Changes) {
         let Some(document) = &self.document else { return };
         self.viewer.set_params(document.params(), &changes.points);
-        if changes.hair {
-            self.viewer.set_ratios(document.project().hair.ratios.known);
-        }
         if changes.light {
             self.refresh_light();
         }
@@ -251,7 +248,6 @@ impl Editor {
         let all = crate::paint::DirtyRanges::all(document.groom().point_count());
         self.viewer.set_scene(scene);
         self.viewer.set_params(document.params(), &all);
-        self.viewer.set_ratios(document.project().hair.ratios.known);
     }
 
     /// Sends the lights as they are turned and exposed now.

@@ -29,6 +29,7 @@ pub(super) fn channel_text(channel: Channel) -> (&'static str, &'static str, &'s
         Channel::AzimuthalDeg => ("Roughness across", "°", "Larger: softer glints between strands"),
         Channel::Eta => ("Index", "", "Index of refraction: hair 1.55; larger is shinier"),
         Channel::Eccentricity => ("Eccentricity", "", "1: round fibre; others glint when they twist"),
+        Channel::Mask => ("Layer mask", "", "0 hides the layer, 1 shows it"),
     }
 }
 
@@ -166,7 +167,7 @@ pub(super) fn slider_range(channel: Channel) -> (f32, f32) {
         Channel::AlphaDeg => (-15.0, 15.0),
         Channel::BetaDeg => (0.5, 40.0),
         Channel::AzimuthalDeg => (0.1, 60.0),
-        Channel::Bleach | Channel::Eta | Channel::Eccentricity => channel.range().into_inner(),
+        Channel::Bleach | Channel::Eta | Channel::Eccentricity | Channel::Mask => channel.range().into_inner(),
     }
 }
 
