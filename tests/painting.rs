@@ -274,8 +274,9 @@ fn dirty_ranges_name_exactly_what_changed() {
     );
     let changes = document.apply(Edit::Stroke(stroke)).unwrap();
     let after = bits(document.params());
+    const WORDS: usize = size_of::<VertexParams>() / 4;
     let changed = (0..document.groom().point_count() as u32)
-        .filter(|p| (0..8).any(|i| before[*p as usize * 8 + i] != after[*p as usize * 8 + i]));
+        .filter(|p| (0..WORDS).any(|i| before[*p as usize * WORDS + i] != after[*p as usize * WORDS + i]));
     assert_eq!(changes.points, DirtyRanges::of_points(changed.collect()));
     assert!(changes.points.point_count() > 20 && changes.points.point_count() < 500);
     assert!(!changes.diameter && !changes.light);
