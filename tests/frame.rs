@@ -51,7 +51,10 @@ fn renderer(gpu: &Gpu, groom: &Groom) -> Renderer {
 }
 
 fn plain(groom: &Groom) -> Vec<VertexParams> {
-    vec![PointValues::default().vertex_params(PigmentSet::default(), &LobeRatios::default()); groom.point_count()]
+    vec![
+        PointValues::default().vertex_params(PigmentSet::default(), &LobeRatios::default());
+        groom.point_count()
+    ]
 }
 
 /// The front row's strand 3, and one in the last row, dyed.

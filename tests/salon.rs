@@ -63,7 +63,12 @@ fn bits(document: &Document) -> Vec<u32> {
 
 /// What holds after every edit: the buffers are those of a replay, all values are in range.
 fn check_invariants(document: &Document) {
-    let again = Document::new(document.groom().clone(), document.project().clone(), PathBuf::new()).unwrap();
+    let again = Document::new(
+        document.groom().clone(),
+        document.project().clone(),
+        PathBuf::new(),
+    )
+    .unwrap();
     assert!(bits(&again) == bits(document), "incremental differs from replay");
     assert!(document.values().iter().all(|v| v.out_of_range().is_none()));
 }
@@ -108,7 +113,10 @@ fn each_operation_covers_what_its_name_says() {
         vary_mm: 0.0,
     }));
     each(&regrowth, &|x, s, _| {
-        assert!(if s < 27.5 { x == 1.0 } else { s <= 32.5 || x == 0.0 }, "{x} at {s} mm");
+        assert!(
+            if s < 27.5 { x == 1.0 } else { s <= 32.5 || x == 0.0 },
+            "{x} at {s} mm"
+        );
     });
 
     let ombre = painted(Shape::Gradient(Gradient {
@@ -118,7 +126,10 @@ fn each_operation_covers_what_its_name_says() {
         curve: Curve::linear(),
     }));
     each(&ombre, &|x, s, _| {
-        assert!((x - ((s - 40.0) / 60.0).clamp(0.0, 1.0)).abs() < 1e-3, "{x} at {s} mm");
+        assert!(
+            (x - ((s - 40.0) / 60.0).clamp(0.0, 1.0)).abs() < 1e-3,
+            "{x} at {s} mm"
+        );
     });
 
     let tips = painted(Shape::TipFade(TipFade {
@@ -144,15 +155,28 @@ fn each_operation_covers_what_its_name_says() {
     };
     for patches in [0.0, 1.0] {
         let grey = grey(patches);
-        assert!((share_of_tips(&grey) - 0.2).abs() < 0.07, "{}", share_of_tips(&grey));
-        assert!(grey.chunks(POINTS).all(|strand| strand.iter().all(|x| *x == strand[0])));
+        assert!(
+            (share_of_tips(&grey) - 0.2).abs() < 0.07,
+            "{}",
+            share_of_tips(&grey)
+        );
+        assert!(
+            grey.chunks(POINTS)
+                .all(|strand| strand.iter().all(|x| *x == strand[0]))
+        );
     }
     let balayage = painted(Shape::Balayage(Balayage {
         share: 0.5,
         ..Balayage::default()
     }));
-    assert!((0.25..0.75).contains(&share_of_tips(&balayage)), "{}", share_of_tips(&balayage));
-    each(&balayage, &|x, s, _| assert!(s > 25.0 || x == 0.0, "the roots stay"));
+    assert!(
+        (0.25..0.75).contains(&share_of_tips(&balayage)),
+        "{}",
+        share_of_tips(&balayage)
+    );
+    each(&balayage, &|x, s, _| {
+        assert!(s > 25.0 || x == 0.0, "the roots stay")
+    });
     for shape in Shape::all() {
         painted(shape);
     }
@@ -170,7 +194,12 @@ fn operations_can_be_adjusted_hidden_and_removed_and_undone_bit_for_bit() {
         };
         for (i, shape) in Shape::all().into_iter().enumerate() {
             document
-                .apply(Edit::Stroke(shaped(i as u64 + 1, Channel::Bleach, 0.1 + 0.1 * i as f32, shape)))
+                .apply(Edit::Stroke(shaped(
+                    i as u64 + 1,
+                    Channel::Bleach,
+                    0.1 + 0.1 * i as f32,
+                    shape,
+                )))
                 .unwrap();
             note(&document, &mut states);
         }
@@ -201,7 +230,10 @@ fn operations_can_be_adjusted_hidden_and_removed_and_undone_bit_for_bit() {
         let last = states.len() - 1;
         for state in (0..last).rev() {
             document.undo().unwrap();
-            assert!(bits(&document) == states[state].0 && *document.project() == states[state].1, "{state}");
+            assert!(
+                bits(&document) == states[state].0 && *document.project() == states[state].1,
+                "{state}"
+            );
         }
         assert!(document.undo().is_none());
         for state in &states[1..] {
@@ -227,7 +259,14 @@ fn dragging_a_slider_of_an_operation_is_one_entry() {
         operation
     };
     document.apply(Edit::Stroke(edit(20.0, 1.0))).unwrap();
-    document.apply(Edit::Stroke(shaped(2, Channel::Bleach, 0.3, Shape::all()[4].clone()))).unwrap();
+    document
+        .apply(Edit::Stroke(shaped(
+            2,
+            Channel::Bleach,
+            0.3,
+            Shape::all()[4].clone(),
+        )))
+        .unwrap();
     let before = bits(&document);
     for i in 0..10 {
         document
@@ -267,7 +306,12 @@ fn masks_limit_a_layer_and_follow_every_edit() {
         to: 0.75,
         soften: 0.0,
     }));
-    assert!(middle.iter().zip(&arc).all(|(x, a)| (*x == 1.0) == (0.25..=0.75).contains(a)));
+    assert!(
+        middle
+            .iter()
+            .zip(&arc)
+            .all(|(x, a)| (*x == 1.0) == (0.25..=0.75).contains(a))
+    );
     let soft = masked(of(MaskKind::Arc {
         from: 0.3,
         to: 1.0,
@@ -287,7 +331,8 @@ fn masks_limit_a_layer_and_follow_every_edit() {
     let some = masked(of(MaskKind::Strands { share: 0.3, seed: 9 }));
     let share = some.iter().sum::<f32>() / some.len() as f32;
     assert!((share - 0.3).abs() < 0.05, "{share}");
-    let outline = [(0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5), (0.5, -0.5)].map(|(x, z)| [0.09 * x, 0.078, 0.09 * z]);
+    let outline =
+        [(0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5), (0.5, -0.5)].map(|(x, z)| [0.09 * x, 0.078, 0.09 * z]);
     let crown = masked(of(MaskKind::Region {
         outline: outline.to_vec(),
         soften_mm: 0.0,
@@ -367,9 +412,21 @@ fn merging_keeps_the_picture_or_is_refused() {
             ..operation
         })
     };
-    document.apply(on("top", shaped(1, Channel::Bleach, 0.9, Shape::all()[1].clone()))).unwrap();
-    document.apply(on("paint", shaped(2, Channel::Bleach, 0.4, Shape::all()[0].clone()))).unwrap();
-    document.apply(on("paint", shaped(3, Channel::Dye, 1.0, Shape::all()[2].clone()))).unwrap();
+    document
+        .apply(on(
+            "top",
+            shaped(1, Channel::Bleach, 0.9, Shape::all()[1].clone()),
+        ))
+        .unwrap();
+    document
+        .apply(on(
+            "paint",
+            shaped(2, Channel::Bleach, 0.4, Shape::all()[0].clone()),
+        ))
+        .unwrap();
+    document
+        .apply(on("paint", shaped(3, Channel::Dye, 1.0, Shape::all()[2].clone())))
+        .unwrap();
     let before = document.values().to_vec();
     let project = document.project().clone();
     let half = Layer {
@@ -380,13 +437,24 @@ fn merging_keeps_the_picture_or_is_refused() {
     check_invariants(&document);
     assert_eq!(document.project().layers.len(), 1);
     assert!(document.project().operations.iter().all(|o| o.layer == "paint"));
-    assert!(document.values().iter().zip(&before).all(|(a, b)| (a.bleach - b.bleach).abs() < 1e-4));
+    assert!(
+        document
+            .values()
+            .iter()
+            .zip(&before)
+            .all(|(a, b)| (a.bleach - b.bleach).abs() < 1e-4)
+    );
     document.undo().unwrap();
     assert!(*document.project() == project && document.values() == before);
 
     // An opacity can go into the strength of one operation, not of two that overlap.
     document.apply(Edit::SetLayer(half)).unwrap();
-    document.apply(on("top", shaped(4, Channel::Bleach, 0.1, Shape::all()[6].clone()))).unwrap();
+    document
+        .apply(on(
+            "top",
+            shaped(4, Channel::Bleach, 0.1, Shape::all()[6].clone()),
+        ))
+        .unwrap();
     let project = document.project().clone();
     let problem = document.apply(Edit::MergeDown("top".into())).unwrap_err();
     assert!(problem.reason.contains("different"), "{problem}");
@@ -430,7 +498,14 @@ fn session(groom: &Groom) -> Vec<Operation> {
         stroke(1, Channel::Dye, Mode::Replace, 1.5, Reach::Surface, dabs(20)),
         stroke(2, Channel::Dye, Mode::Add, 0.5, Reach::Through, dabs(20)),
         stroke(3, Channel::Bleach, Mode::Replace, 0.8, Reach::Strand, dabs(8)),
-        stroke(4, Channel::Eumelanin, Mode::Multiply, 0.3, Reach::Surface, dabs(12)),
+        stroke(
+            4,
+            Channel::Eumelanin,
+            Mode::Multiply,
+            0.3,
+            Reach::Surface,
+            dabs(12),
+        ),
         stroke(5, Channel::Dye, Mode::Erase, 0.0, Reach::Surface, dabs(6)),
         Operation {
             across: 0.5,
@@ -486,7 +561,10 @@ fn replay_on_a_thinner_groom_lands_on_the_same_places() {
         assert!(painted < 1e-6 || off < 0.05, "{channel:?}: {off}");
     }
     let lacking = painted(&thin, Some(2));
-    let worst = difference(&a, &lacking).into_iter().map(|(_, off, _)| off).fold(0.0, f64::max);
+    let worst = difference(&a, &lacking)
+        .into_iter()
+        .map(|(_, off, _)| off)
+        .fold(0.0, f64::max);
     assert!(worst > 0.05, "the comparison must be able to fail: {worst}");
 }
 
@@ -525,11 +603,29 @@ fn poison_in_operations_and_masks_is_refused() {
             }
         }
         let kinds = [
-            MaskKind::Arc { from: poison, to: 1.0, soften: 0.0 },
-            MaskKind::Length { from_mm: 0.0, to_mm: poison, soften_mm: 1.0 },
-            MaskKind::Strands { share: poison, seed: 0 },
-            MaskKind::Region { outline: vec![[poison, 0.0, 0.0]; 3], soften_mm: 0.0 },
-            MaskKind::Roots { places: vec![[0.0; 3]], radius_mm: poison, soften_mm: 1.0 },
+            MaskKind::Arc {
+                from: poison,
+                to: 1.0,
+                soften: 0.0,
+            },
+            MaskKind::Length {
+                from_mm: 0.0,
+                to_mm: poison,
+                soften_mm: 1.0,
+            },
+            MaskKind::Strands {
+                share: poison,
+                seed: 0,
+            },
+            MaskKind::Region {
+                outline: vec![[poison, 0.0, 0.0]; 3],
+                soften_mm: 0.0,
+            },
+            MaskKind::Roots {
+                places: vec![[0.0; 3]],
+                radius_mm: poison,
+                soften_mm: 1.0,
+            },
             MaskKind::Painted { soften_mm: poison },
         ];
         for kind in kinds {
@@ -540,11 +636,9 @@ fn poison_in_operations_and_masks_is_refused() {
                 document.undo().unwrap();
             }
         }
-        let fields: [&dyn Fn(&mut Operation); 3] = [
-            &|o| o.flow = poison,
-            &|o| o.across = poison,
-            &|o| o.arc_range = Some([poison, 1.0]),
-        ];
+        let fields: [&dyn Fn(&mut Operation); 3] = [&|o| o.flow = poison, &|o| o.across = poison, &|o| {
+            o.arc_range = Some([poison, 1.0])
+        }];
         for change in fields {
             let mut stroke = Operation {
                 shape: None,
@@ -553,11 +647,21 @@ fn poison_in_operations_and_masks_is_refused() {
             };
             change(&mut stroke);
             let acceptable = poison == 0.0 || (poison > 0.0 && poison <= 1.0);
-            assert!(acceptable || document.apply(Edit::Stroke(stroke)).is_err(), "{poison}");
+            assert!(
+                acceptable || document.apply(Edit::Stroke(stroke)).is_err(),
+                "{poison}"
+            );
         }
     }
     assert!((bits(&document), document.project().clone()) == before);
-    assert!(document.apply(Edit::SetOperation(0, shaped(1, Channel::Dye, 0.0, Shape::all()[0].clone()))).is_err());
+    assert!(
+        document
+            .apply(Edit::SetOperation(
+                0,
+                shaped(1, Channel::Dye, 0.0, Shape::all()[0].clone())
+            ))
+            .is_err()
+    );
     assert!(document.apply(Edit::RemoveOperation(7)).is_err());
 }
 

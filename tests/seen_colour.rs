@@ -40,7 +40,10 @@ fn one_hundred_colours_are_met_within_a_percent() {
             assert!(off < 0.01, "{wanted:?} gives {seen:?}");
         }
         let other = hair.colour(&solved.sigma_a.map(|s| 1.1 * s + 0.01));
-        assert!((0..3).any(|c| (other[c] / wanted[c] - 1.0).abs() > 0.01), "the comparison must be able to fail");
+        assert!(
+            (0..3).any(|c| (other[c] / wanted[c] - 1.0).abs() > 0.01),
+            "the comparison must be able to fail"
+        );
     }
     println!("worst of 100 colours: {:.3} %", 100.0 * worst);
 }
@@ -48,7 +51,9 @@ fn one_hundred_colours_are_met_within_a_percent() {
 #[test]
 fn more_absorption_is_darker() {
     let hair = DeepHair::new(&HAIR).unwrap();
-    let colours: Vec<f64> = (0..150).map(|i| hair.reflectance(1e-4 * 1.08_f64.powi(i))).collect();
+    let colours: Vec<f64> = (0..150)
+        .map(|i| hair.reflectance(1e-4 * 1.08_f64.powi(i)))
+        .collect();
     assert!(colours.windows(2).all(|w| w[1] < w[0]));
 }
 
@@ -63,11 +68,17 @@ fn out_of_gamut_says_so_and_takes_the_nearest() {
     assert!((solved.colour[0] - light).abs() < 1e-9 && (solved.colour[2] - dark).abs() < 1e-9);
     for poison in POISON {
         let solved = hair.solve(&[f64::from(poison); 3]);
-        assert!(solved.sigma_a.iter().chain(&solved.colour).all(|x| x.is_finite()), "{poison}");
+        assert!(
+            solved.sigma_a.iter().chain(&solved.colour).all(|x| x.is_finite()),
+            "{poison}"
+        );
         let fibre = Fibre {
             eta: f64::from(poison),
             ..HAIR
         };
-        assert!(DeepHair::new(&fibre).map_or(true, |hair| hair.reflectance(0.5).is_finite()), "{poison}");
+        assert!(
+            DeepHair::new(&fibre).map_or(true, |hair| hair.reflectance(0.5).is_finite()),
+            "{poison}"
+        );
     }
 }

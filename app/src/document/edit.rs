@@ -70,7 +70,8 @@ impl Document {
     /// A value out of range, a layer or operation that does not exist; the document is as before.
     pub fn apply(&mut self, edit: Edit) -> Result<Changes, Problem> {
         self.commit_stroke();
-        if !matches!(&edit, Edit::SetOperation(index, _) if self.prefix.as_ref().is_some_and(|p| p.index == *index)) {
+        if !matches!(&edit, Edit::SetOperation(index, _) if self.prefix.as_ref().is_some_and(|p| p.index == *index))
+        {
             self.prefix = None;
         }
         let (label, step) = match edit {

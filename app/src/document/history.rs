@@ -60,12 +60,7 @@ impl Step {
     fn spare_bytes(&self) -> usize {
         match self {
             Self::Stroke { before, .. } => before.as_ref().map_or(0, TouchedMaps::bytes),
-            Self::Operations(splice) => splice
-                .maps
-                .iter()
-                .flatten()
-                .map(|saved| saved.maps.bytes())
-                .sum(),
+            Self::Operations(splice) => splice.maps.iter().flatten().map(|saved| saved.maps.bytes()).sum(),
             _ => 0,
         }
     }

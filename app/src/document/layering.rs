@@ -104,21 +104,35 @@ impl Document {
         };
         let upper = &self.project.layers[position];
         for layer in [upper, below] {
-            let masked = !layer.mask.is_open() || self.operations_of(&layer.id).any(|o| o.channel == Channel::Mask);
+            let masked =
+                !layer.mask.is_open() || self.operations_of(&layer.id).any(|o| o.channel == Channel::Mask);
             if layer.blend != Blend::Replace || masked || !layer.visible || layer.ratios.is_some() {
-                let reason = format!("layer {} is hidden, masked, blended or has lobe ratios of its own", layer.name);
-                return refused(reason, "merge layers that are visible, unmasked and of blend replace");
+                let reason = format!(
+                    "layer {} is hidden, masked, blended or has lobe ratios of its own",
+                    layer.name
+                );
+                return refused(
+                    reason,
+                    "merge layers that are visible, unmasked and of blend replace",
+                );
             }
         }
         if below.opacity != 1.0 {
-            return refused(format!("layer {} has an opacity below 1", below.name), "set it to 1 first");
+            return refused(
+                format!("layer {} has an opacity below 1", below.name),
+                "set it to 1 first",
+            );
         }
 
         // The upper layer's operations follow all others; its opacity becomes theirs.
         let (target, opacity) = (below.id.clone(), upper.opacity);
         let label = format!("Merge layer {} down", upper.name);
-        let (own, mut operations): (Vec<Operation>, Vec<Operation>) =
-            self.project.operations.iter().cloned().partition(|operation| operation.layer == id);
+        let (own, mut operations): (Vec<Operation>, Vec<Operation>) = self
+            .project
+            .operations
+            .iter()
+            .cloned()
+            .partition(|operation| operation.layer == id);
         operations.extend(own.into_iter().map(|operation| Operation {
             layer: target.clone(),
             strength: operation.strength * opacity,

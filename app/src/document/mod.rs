@@ -88,15 +88,7 @@ impl Document {
         document.rebuild_layers();
         let count = document.groom().point_count();
         document.values = vec![document.project.hair.base.known; count];
-        document.params = vec![
-            document
-                .project
-                .hair
-                .base
-                .known
-                .vertex_params(document.project.hair.pigments, &document.project.hair.ratios.known);
-            count
-        ];
+        document.params = document.unpainted_params();
         document.recompose(&DirtyRanges::all(count));
         Ok(document)
     }
@@ -149,6 +141,13 @@ impl Document {
     /// What the shaders read of every groom point.
     pub fn params(&self) -> &[VertexParams] {
         &self.params
+    }
+
+    /// What the shaders would read if nothing was painted.
+    pub fn unpainted_params(&self) -> Vec<VertexParams> {
+        let hair = &self.project.hair;
+        let params = hair.base.known.vertex_params(hair.pigments, &hair.ratios.known);
+        vec![params; self.groom().point_count()]
     }
 
     /// The file that a path of the project names.

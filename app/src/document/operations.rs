@@ -25,7 +25,12 @@ impl Document {
         }
         let operation = &self.project.operations[index];
         let (layer, channel) = (operation.layer.clone(), operation.channel);
-        let maps = self.replayed_channel(ChannelMaps::default(), &self.project.operations[..index], &layer, channel);
+        let maps = self.replayed_channel(
+            ChannelMaps::default(),
+            &self.project.operations[..index],
+            &layer,
+            channel,
+        );
         self.prefix = Some(Prefix {
             index,
             layer,
@@ -54,8 +59,12 @@ impl Document {
     /// Replays one channel of a layer from nothing.
     pub(super) fn replay_channel(&mut self, layer: usize, channel: Channel) {
         let settings = &self.project.layers[layer];
-        let maps =
-            self.replayed_channel(ChannelMaps::default(), &self.project.operations, &settings.id, channel);
+        let maps = self.replayed_channel(
+            ChannelMaps::default(),
+            &self.project.operations,
+            &settings.id,
+            channel,
+        );
         self.layers[layer].exchange(&self.index, settings, channel, maps);
     }
 
@@ -70,7 +79,11 @@ impl Document {
         // Maps that are still kept go with the other operations; else each channel that is concerned is found anew.
         let mut saved = splice.maps.take().unwrap_or_else(|| {
             let mut concerned: Vec<(String, Channel)> = Vec::new();
-            for operation in splice.other.iter().chain(&self.project.operations[inserted.clone()]) {
+            for operation in splice
+                .other
+                .iter()
+                .chain(&self.project.operations[inserted.clone()])
+            {
                 let place = (operation.layer.clone(), operation.channel);
                 if !concerned.contains(&place) {
                     concerned.push(place);

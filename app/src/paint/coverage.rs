@@ -110,7 +110,10 @@ pub fn of_operation(index: &StrandIndex, operation: &Operation, scratch: &mut Co
         return of_shape(index, operation, shape);
     }
     let points = scratch.add_dabs(index, operation, &operation.dabs);
-    let covered = points.into_iter().map(|point| (point, scratch.of(point))).collect();
+    let covered = points
+        .into_iter()
+        .map(|point| (point, scratch.of(point)))
+        .collect();
     scratch.clear();
     covered
 }

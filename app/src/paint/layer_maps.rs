@@ -271,7 +271,9 @@ fn blend<'a>(
     let mut smoothed = [Affine::IDENTITY; 3];
     if operation.mode == Mode::Smooth {
         let radius = operation.radius_m / index.groom().metres_per_unit();
-        let along = Mean::default().over(index.stretch(point, radius), width, &before).maps();
+        let along = Mean::default()
+            .over(index.stretch(point, radius), width, &before)
+            .maps();
         smoothed = along;
         if operation.across > 0.0 {
             let mut around = Mean::default();

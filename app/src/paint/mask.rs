@@ -106,7 +106,15 @@ impl MaskKind {
 
     /// Its numbers.
     pub fn parameters(&mut self) -> Vec<Parameter<'_>> {
-        let edge = |value| Parameter::length("soften_mm", "Soft edge", 500.0, "Larger: no visible border", value);
+        let edge = |value| {
+            Parameter::length(
+                "soften_mm",
+                "Soft edge",
+                500.0,
+                "Larger: no visible border",
+                value,
+            )
+        };
         match self {
             Self::Arc { from, to, soften } => vec![
                 Parameter::share("from", "From", "Where the layer begins: 0 root, 1 tip", from),
@@ -118,18 +126,41 @@ impl MaskKind {
                 to_mm,
                 soften_mm,
             } => vec![
-                Parameter::length("from_mm", "From", 5000.0, "Where the layer begins, from the root", from_mm),
-                Parameter::length("to_mm", "To", 5000.0, "Where the layer ends, from the root", to_mm),
+                Parameter::length(
+                    "from_mm",
+                    "From",
+                    5000.0,
+                    "Where the layer begins, from the root",
+                    from_mm,
+                ),
+                Parameter::length(
+                    "to_mm",
+                    "To",
+                    5000.0,
+                    "Where the layer ends, from the root",
+                    to_mm,
+                ),
                 edge(soften_mm),
             ],
             Self::Strands { share, .. } => {
-                vec![Parameter::share("share", "Strands", "Larger: more strands show the layer", share)]
+                vec![Parameter::share(
+                    "share",
+                    "Strands",
+                    "Larger: more strands show the layer",
+                    share,
+                )]
             }
             Self::Region { soften_mm, .. } => vec![edge(soften_mm)],
             Self::Roots {
                 radius_mm, soften_mm, ..
             } => vec![
-                Parameter::length("radius_mm", "Radius", 500.0, "Larger: more hair around each place", radius_mm),
+                Parameter::length(
+                    "radius_mm",
+                    "Radius",
+                    500.0,
+                    "Larger: more hair around each place",
+                    radius_mm,
+                ),
                 edge(soften_mm),
             ],
             Self::Painted { soften_mm } => vec![edge(soften_mm)],
@@ -147,7 +178,11 @@ impl MaskKind {
         let place = format!("{place}.{field}");
         if !(fewest..=MAX_PLACES).contains(&places.len()) {
             let reason = format!("{} places", places.len());
-            return Err(Problem::at(place, reason, format!("give {fewest} to {MAX_PLACES}")));
+            return Err(Problem::at(
+                place,
+                reason,
+                format!("give {fewest} to {MAX_PLACES}"),
+            ));
         }
         places
             .iter()
@@ -225,9 +260,16 @@ impl Mask {
         dirty: &DirtyRanges,
         weights: &mut [f32],
     ) -> DirtyRanges {
-        let mut parts: Vec<(Ready<'_>, bool)> =
-            self.parts.iter().map(|part| (part.kind.ready(index), part.invert)).collect();
-        if !self.parts.iter().any(|part| matches!(part.kind, MaskKind::Painted { .. })) {
+        let mut parts: Vec<(Ready<'_>, bool)> = self
+            .parts
+            .iter()
+            .map(|part| (part.kind.ready(index), part.invert))
+            .collect();
+        if !self
+            .parts
+            .iter()
+            .any(|part| matches!(part.kind, MaskKind::Painted { .. }))
+        {
             parts.push((Ready::Painted(0.0), false));
         }
 
@@ -330,7 +372,10 @@ impl Ready<'_> {
                 } else {
                     point as usize..point as usize + 1
                 };
-                let sum: f32 = maps[stretch.clone()].iter().map(|map| map.of(1.0).clamp(0.0, 1.0)).sum();
+                let sum: f32 = maps[stretch.clone()]
+                    .iter()
+                    .map(|map| map.of(1.0).clamp(0.0, 1.0))
+                    .sum();
                 sum / stretch.len() as f32
             }),
             Self::Strands(..) | Self::Region(..) | Self::Roots(..) => 1.0,

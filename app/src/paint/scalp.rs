@@ -124,7 +124,11 @@ impl Outline {
     pub fn depth(&self, place: Vec3) -> f32 {
         let from_centre = place - self.centre;
         let flat = Vec2::new(from_centre.dot(self.right), from_centre.dot(self.up));
-        if (from_centre.length_squared() - flat.length_squared()).max(0.0).sqrt() > self.radius {
+        if (from_centre.length_squared() - flat.length_squared())
+            .max(0.0)
+            .sqrt()
+            > self.radius
+        {
             return f32::NEG_INFINITY;
         }
         let (mut inside, mut distance) = (false, f32::INFINITY);
@@ -157,7 +161,10 @@ mod tests {
             .collect();
         let share = lots.iter().filter(|l| l[0] < 0.2).count() as f32 / 4000.0;
         let both = lots.iter().filter(|l| l[0] < 0.5 && l[1] < 0.5).count() as f32 / 4000.0;
-        assert!((share - 0.2).abs() < 0.03 && (both - 0.25).abs() < 0.03, "{share} {both}");
+        assert!(
+            (share - 0.2).abs() < 0.03 && (both - 0.25).abs() < 0.03,
+            "{share} {both}"
+        );
         assert!(facts(3).lot(7, 0) != facts(3).lot(8, 0));
     }
 
@@ -177,7 +184,10 @@ mod tests {
         let outline = Outline::new(&square).unwrap();
         assert!((outline.depth(Vec3::new(1.0, 7.2, 2.0)) - 1.0).abs() < 1e-5);
         assert!((outline.depth(Vec3::new(5.0, 7.0, 2.0)) + 1.0).abs() < 1e-5);
-        assert!(outline.depth(Vec3::new(2.0, -7.0, 2.0)) < 0.0, "the other side of the head");
+        assert!(
+            outline.depth(Vec3::new(2.0, -7.0, 2.0)) < 0.0,
+            "the other side of the head"
+        );
         assert!(Outline::new(&[Vec3::ONE; 5]).is_none() && Outline::new(&[]).is_none());
     }
 }

@@ -31,6 +31,12 @@ pub enum Command {
     BrushStronger,
     /// Adds a layer on top.
     AddLayer,
+    /// Copies the chosen layer.
+    DuplicateLayer,
+    /// Joins the chosen layer with the one below.
+    MergeDown,
+    /// Chooses the eyedropper.
+    Eyedropper,
     /// Asks for an environment map.
     OpenEnvironment,
     /// Asks for a light list.
@@ -41,7 +47,7 @@ const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 
 impl Command {
     /// Every command.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 18] = [
         Self::Open,
         Self::OpenSample,
         Self::Save,
@@ -55,6 +61,9 @@ impl Command {
         Self::BrushWeaker,
         Self::BrushStronger,
         Self::AddLayer,
+        Self::DuplicateLayer,
+        Self::MergeDown,
+        Self::Eyedropper,
         Self::OpenEnvironment,
         Self::OpenLights,
     ];
@@ -75,8 +84,23 @@ impl Command {
             Self::BrushWeaker => "Weaker brush",
             Self::BrushStronger => "Stronger brush",
             Self::AddLayer => "Add layer",
+            Self::DuplicateLayer => "Duplicate layer",
+            Self::MergeDown => "Merge down",
+            Self::Eyedropper => "Take a value from the hair",
             Self::OpenEnvironment => "Environment map…",
             Self::OpenLights => "Light list…",
+        }
+    }
+
+    /// What it does, where its name does not say it.
+    pub fn hint(self) -> &'static str {
+        match self {
+            Self::AddLayer => "A new layer on top: paint on it can be faded, masked and moved by itself",
+            Self::DuplicateLayer => "A copy of the chosen layer with all that was done to it",
+            Self::MergeDown => {
+                "Joins the chosen layer with the one below, where that changes nothing to be seen"
+            }
+            _ => "",
         }
     }
 
@@ -111,7 +135,13 @@ impl Command {
                     ]
                 }
             }
-            Self::OpenSample | Self::AddLayer | Self::OpenEnvironment | Self::OpenLights => &[],
+            Self::Eyedropper => const { &[key(Modifiers::NONE, Key::C)] },
+            Self::OpenSample
+            | Self::AddLayer
+            | Self::DuplicateLayer
+            | Self::MergeDown
+            | Self::OpenEnvironment
+            | Self::OpenLights => &[],
         }
     }
 

@@ -12,6 +12,7 @@ use super::{
     actions::{DialogAnswer, PendingAction},
     command::Command,
     job::Job,
+    panel_dye::DyeState,
     theme,
     viewer::{Frame, LightInput, SceneInput, Viewer, ViewerEvent},
     viewport::Gesture,
@@ -58,6 +59,8 @@ pub(super) struct ViewOptions {
 pub(super) enum Tab {
     Brush,
     Hair,
+    Operations,
+    History,
 }
 
 /// The editor.
@@ -75,7 +78,18 @@ pub struct Editor {
     pub(super) adapter: Option<String>,
     pub(super) tool: Tool,
     pub(super) brush: Brush,
+    pub(super) dyes: DyeState,
+    /// The eyedropper takes the seen colour instead of the stored value.
+    pub(super) picks_seen_colour: bool,
+    /// A pen's pressure; 1 for anything without.
+    pub(super) pressure: f32,
+    /// What the lasso has drawn so far, in points of the screen.
+    pub(super) outline: Vec<glam::Vec2>,
     pub(super) layer: String,
+    /// The operation that is being adjusted, by its place in the project's list.
+    pub(super) operation: Option<usize>,
+    /// The unpainted hair is shown.
+    shows_before: bool,
     pub(super) tab: Tab,
     pub(super) view: ViewOptions,
     pub(super) gesture: Gesture,
@@ -112,7 +126,13 @@ impl Editor {
             adapter: None,
             tool: Tool::default(),
             brush: Brush::default(),
+            dyes: DyeState::default(),
+            picks_seen_colour: false,
+            pressure: 1.0,
+            outline: Vec::new(),
             layer: String::new(),
+            operation: None,
+            shows_before: false,
             tab: Tab::Brush,
             view: ViewOptions {
                 transform: ViewTransform::Neutral,
@@ -202,6 +222,15 @@ impl Editor {
         } else {
             document.apply(edit)
         };
+        self.took(result);
+    }
+
+    /// Applies an edit that goes on from the newest one where that was of the same kind, as typing does.
+    pub(super) fn edit_on(&mut self, edit: Edit) {
+        let Some(document) = &mut self.document else {
+            return;
+        };
+        let result = document.apply_continuing(edit);
         self.took(result);
     }
 
@@ -322,7 +351,16 @@ impl Editor {
         let menus: [(&str, &[C]); 4] = [
             ("File", &[C::Open, C::OpenSample, C::Save, C::SaveAs, C::Quit]),
             ("Edit", &[C::Undo, C::Redo]),
-            ("Hair", &[C::FrameHair, C::AddLayer]),
+            (
+                "Hair",
+                &[
+                    C::FrameHair,
+                    C::AddLayer,
+                    C::DuplicateLayer,
+                    C::MergeDown,
+                    C::Eyedropper,
+                ],
+            ),
             ("Light", &[C::OpenEnvironment, C::OpenLights]),
         ];
         egui::MenuBar::new().ui(ui, |ui| {
@@ -399,17 +437,58 @@ impl Editor {
             self.layers_panel(ui);
             ui.separator();
             ui.horizontal(|ui| {
-                ui.selectable_value(&mut self.tab, Tab::Brush, "Brush");
-                ui.selectable_value(&mut self.tab, Tab::Hair, "Hair");
+                for (tab, name) in [
+                    (Tab::Brush, "Brush"),
+                    (Tab::Hair, "Hair"),
+                    (Tab::Operations, "Operations"),
+                    (Tab::History, "History"),
+                ] {
+                    ui.selectable_value(&mut self.tab, tab, name);
+                }
             });
             match self.tab {
                 Tab::Brush => self.brush_panel(ui),
                 Tab::Hair => self.hair_panel(ui),
+                Tab::Operations => self.operations_panel(ui),
+                Tab::History => self.history_panel(ui),
             }
             ui.separator();
             ui.heading("Light");
             self.light_panel(ui);
         });
+    }
+}
+
+impl Editor {
+    /// Follows a pen's pressure; a mouse presses fully.
+    fn read_pen(&mut self, context: &Context) {
+        context.input(|input| {
+            for event in &input.events {
+                match event {
+                    egui::Event::Touch {
+                        force: Some(force), ..
+                    } => self.pressure = force.clamp(0.0, 1.0),
+                    egui::Event::MouseMoved(_) => self.pressure = 1.0,
+                    _ => {}
+                }
+            }
+        });
+    }
+
+    /// Shows the unpainted hair while B is held.
+    fn show_before(&mut self, context: &Context) {
+        let held =
+            !context.egui_wants_keyboard_input() && context.input(|input| input.key_down(egui::Key::B));
+        let Some(document) = &self.document else { return };
+        if held != self.shows_before {
+            self.shows_before = held;
+            let all = crate::paint::DirtyRanges::all(document.groom().point_count());
+            if held {
+                self.viewer.set_params(&document.unpainted_params(), &all);
+            } else {
+                self.viewer.set_params(document.params(), &all);
+            }
+        }
     }
 }
 
@@ -439,6 +518,9 @@ impl eframe::App for Editor {
         if !context.input(|input| input.pointer.any_down()) {
             self.slider = None;
         }
+        self.read_pen(&context);
+        self.show_before(&context);
+        self.refresh_colours();
 
         Panel::top("menu").show(ui, |ui| self.menu_bar(ui));
         Panel::bottom("status").show(ui, |ui| self.status_bar(ui));

@@ -5,13 +5,18 @@ mod command;
 mod editor;
 mod job;
 mod panel_brush;
+mod panel_dye;
 mod panel_hair;
+mod panel_history;
 mod panel_layers;
 mod panel_light;
+mod panel_mask;
+mod panel_operations;
 mod status;
 mod theme;
 mod viewer;
 mod viewport;
+mod widgets;
 
 use std::path::PathBuf;
 

@@ -152,7 +152,10 @@ pub(super) fn gauss_7_nodes(from: f64, to: f64) -> [(f64, f64); 7] {
 
 /// The 7-point Gauss rule on one interval, for integrands that it resolves to the last digits.
 pub(super) fn gauss_7(f: impl Fn(f64) -> f64, from: f64, to: f64) -> f64 {
-    gauss_7_nodes(from, to).into_iter().map(|(x, weight)| weight * f(x)).sum()
+    gauss_7_nodes(from, to)
+        .into_iter()
+        .map(|(x, weight)| weight * f(x))
+        .sum()
 }
 
 /// Integrates N functions over [from, to], halving the worst interval until each is within `tolerance` (a bare number is relative).

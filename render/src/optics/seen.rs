@@ -78,7 +78,10 @@ impl DeepHair {
 
     /// Colour of one channel at an absorption per fibre radius.
     pub fn reflectance(&self, sigma_a: f64) -> f64 {
-        self.inclinations.iter().map(|i| i.weight * i.reflectance(sigma_a)).sum()
+        self.inclinations
+            .iter()
+            .map(|i| i.weight * i.reflectance(sigma_a))
+            .sum()
     }
 
     /// The colour that hair of this absorption is seen in, linear Rec.709.
@@ -97,7 +100,9 @@ impl DeepHair {
         let sigma_a = wanted.map(|wanted| self.solve_channel(wanted, gamut));
         // Rounding of a colour that came from the gamut's edge does not put it outside.
         let slack = 1.0 + 1e-6;
-        let in_gamut = wanted.iter().all(|x| (gamut.0 / slack..=gamut.1 * slack).contains(x));
+        let in_gamut = wanted
+            .iter()
+            .all(|x| (gamut.0 / slack..=gamut.1 * slack).contains(x));
         SolvedColour {
             sigma_a,
             colour: self.colour(&sigma_a),
