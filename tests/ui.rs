@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a helper that fails fails its test")]
 
+mod ui_session;
+
 use std::{
     fs,
     path::{Path, PathBuf},

@@ -241,12 +241,12 @@ impl Document {
     }
 
     /// Follows new maps of a channel of a layer at the points in `dirty`; returns the points whose values changed.
-    fn repainted(&mut self, layer: usize, channel: Channel, dirty: DirtyRanges) -> DirtyRanges {
+    fn repainted(&mut self, layer: usize, channel: Channel, dirty: &DirtyRanges) -> DirtyRanges {
         if channel != Channel::Mask {
-            return self.recompose(&dirty);
+            return self.recompose(dirty);
         }
         let settings = &self.project.layers[layer];
-        let masked = self.layers[layer].update_mask(&self.index, settings, &dirty);
+        let masked = self.layers[layer].update_mask(&self.index, settings, dirty);
         self.recompose(&masked)
     }
 

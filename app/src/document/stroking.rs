@@ -41,7 +41,7 @@ impl Document {
         let channel = live.operation().channel;
         let dirty = check_dabs(&dabs).map(|()| self.layers[layer].maps.extend(&self.index, &mut live, dabs));
         self.live = Some((layer, live));
-        dirty.map(|dirty| self.repainted(layer, channel, dirty))
+        dirty.map(|dirty| self.repainted(layer, channel, &dirty))
     }
 
     /// Ends the stroke under way: it becomes the newest history entry. One without dabs leaves no trace.
@@ -69,7 +69,7 @@ impl Document {
         };
         let (operation, mut before) = live.finish();
         let dirty = self.layers[layer].maps.swap(&self.index, &mut before);
-        self.repainted(layer, operation.channel, dirty)
+        self.repainted(layer, operation.channel, &dirty)
     }
 
     /// A whole stroke as one entry.
@@ -100,7 +100,7 @@ impl Document {
                 DirtyRanges::all(self.groom().point_count())
             }
         };
-        self.repainted(layer, undone.channel, dirty)
+        self.repainted(layer, undone.channel, &dirty)
     }
 
     /// Paints an undone stroke again; none where its layer is gone, which undo and redo in order never meet.
@@ -110,7 +110,7 @@ impl Document {
         let mut live = self.layers[layer].maps.begin(&self.index, redone);
         let dirty = self.layers[layer].maps.extend(&self.index, &mut live, dabs);
         let (redone, touched) = live.finish();
-        let points = self.repainted(layer, redone.channel, dirty);
+        let points = self.repainted(layer, redone.channel, &dirty);
         self.project.operations.push(redone);
         Some((points, touched))
     }

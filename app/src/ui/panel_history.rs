@@ -25,7 +25,7 @@ impl Editor {
         egui::ScrollArea::vertical()
             .id_salt("history")
             .max_height(LIST_HEIGHT)
-            .stick_to_bottom(true)
+            .auto_shrink([false, true])
             .show_rows(ui, row, labels.len(), |ui, rows| {
                 for i in rows {
                     let text = egui::RichText::new(format!("{}. {}", i + 1, labels[i]));
