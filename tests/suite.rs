@@ -15,6 +15,7 @@ mod optics;
 mod optics_probe;
 mod optics_reference;
 mod painting;
+mod parity;
 mod pathtraced;
 mod project;
 mod raster;

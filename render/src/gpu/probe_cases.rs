@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use rand::Rng;
 
-use super::probe::ProbeCase;
+use super::probe::{ProbeCase, ProbeResult};
 
 /// Hair as people paint it: Marschner's ratios, eta 1.2 to 1.9, lights of bandwidth 0.06 to 1.4, half of them near the mirror cone.
 pub fn hair(r: &mut impl Rng, elliptic: bool) -> ProbeCase {
@@ -104,4 +104,64 @@ fn between(r: &mut impl Rng, low: f64, high: f64) -> f64 {
 
 fn log_between(r: &mut impl Rng, low: f64, high: f64) -> f64 {
     r.random_range(low.ln()..high.ln()).exp()
+}
+
+/// Values of a case outside the ranges of `shaders/README.md`, which the shaders move to the nearest edge (or, where they are no number,
+/// to a default).
+pub fn repairs(case: &ProbeCase) -> usize {
+    let outside = |values: &[f64], low: f64, high: f64| {
+        let inside = |x: &&f64| (low as f32..=high as f32).contains(&(**x as f32));
+        values.len() - values.iter().filter(inside).count()
+    };
+    outside(&case.sigma_a, 0.0, 1e4)
+        + outside(&[case.eta], 1.0, 3.0)
+        + outside(&[case.eccentricity], 0.5, 2.0)
+        + outside(&case.alpha, -FRAC_PI_2, FRAC_PI_2)
+        + outside(&case.beta, 1e-3, 1.5)
+        + outside(&[case.azimuthal_width], 1e-3, 4.0)
+        + outside(&[case.theta_o, case.theta_j], -FRAC_PI_2, FRAC_PI_2)
+        + outside(&[case.phi_o, case.phi_j], -1e6, 1e6)
+        + outside(&[case.lambda_j], 1e-3, 1e3)
+        + outside(&[case.sigma_f], 1e-3, 1e3)
+}
+
+/// What is wrong with an answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Defect {
+    /// A value is no finite number.
+    NotFinite(&'static str),
+    /// A value is below zero.
+    Negative(&'static str),
+    /// A value is more than a light of radiance one can give.
+    TooLarge(&'static str),
+}
+
+/// The first value of an answer that is not finite, negative, or more than a light of radiance one can give.
+pub fn defect(r: &ProbeResult) -> Option<Defect> {
+    // cos^2 theta_i / cos^2 theta_d is at most 4, a lobe's energy at most 1. The global term is a density in theta_i, at most 115
+    // for the narrowest M, divided by a cosine of at least 0.05.
+    let positive = [
+        ("single", r.single.as_flattened(), 6.0),
+        ("uniform light", r.uniform_light.as_flattened(), 6.0),
+        ("global", r.global.as_flattened(), 1e4),
+        ("a_f", &r.a_f[..], 1.0),
+        ("a_b", &r.a_b[..], 1.0),
+        ("beta", r.beta.as_flattened(), 1.5),
+        ("A_b", &r.a_bar_b[..], f64::MAX),
+    ];
+    for (name, values, most) in positive {
+        for value in values {
+            match value {
+                x if !x.is_finite() => return Some(Defect::NotFinite(name)),
+                x if *x < 0.0 => return Some(Defect::Negative(name)),
+                x if *x > most => return Some(Defect::TooLarge(name)),
+                _ => {}
+            }
+        }
+    }
+    let tilts = r.alpha.as_flattened().iter();
+    tilts
+        .filter(|x| !x.is_finite())
+        .map(|_| Defect::NotFinite("alpha"))
+        .next()
 }

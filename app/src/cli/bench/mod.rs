@@ -1,8 +1,10 @@
 //! `balayage bench`: run time against error, one file a benchmark. Times compare what one run on one machine measured.
 
+mod methods;
 mod plot;
 mod report;
 mod scatter;
+mod stress;
 
 use clap::{Args, Subcommand};
 
@@ -18,10 +20,13 @@ pub(super) struct BenchArgs {
 enum Bench {
     /// Single scattering: schemes and quality levels against the float64 reference.
     Scatter(scatter::ScatterArgs),
+    /// Edges of every range and poison values through the scattering shaders.
+    Stress(stress::StressArgs),
 }
 
 pub(super) fn run(args: &BenchArgs, console: &mut Console<'_>) -> Result<(), CliError> {
     match &args.what {
         Bench::Scatter(args) => scatter::run(args, console),
+        Bench::Stress(args) => stress::run(args, console),
     }
 }

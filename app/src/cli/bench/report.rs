@@ -15,6 +15,8 @@ pub enum Cell {
     Text(String),
     /// A figure; CSV keeps all its digits.
     Number(f64),
+    /// Pieces counted.
+    Count(u64),
     /// Not measured.
     None,
 }
@@ -49,6 +51,7 @@ impl Cell {
         match self {
             Self::Text(text) => text.clone(),
             Self::None => "-".to_owned(),
+            Self::Count(n) => n.to_string(),
             Self::Number(x) if *x != 0.0 && x.is_finite() => {
                 let before = x.abs().log10().floor() as i32 + 1;
                 format!("{x:.*}", (4 - before).clamp(0, 12) as usize)
@@ -61,6 +64,7 @@ impl Cell {
         match self {
             Self::Text(text) => json!(text),
             Self::Number(x) => json!(x),
+            Self::Count(n) => json!(n),
             Self::None => Value::Null,
         }
     }
@@ -70,6 +74,7 @@ impl Cell {
         match self {
             Self::Text(text) => format!("\"{}\"", text.replace('"', "\"\"")),
             Self::Number(x) => x.to_string(),
+            Self::Count(n) => n.to_string(),
             Self::None => String::new(),
         }
     }
@@ -116,7 +121,10 @@ impl Table {
     fn markdown(&self) -> String {
         let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
         let rule = (0..self.columns.len()).map(|c| {
-            let numbers = self.rows.iter().any(|row| matches!(row[c], Cell::Number(_)));
+            let numbers = self
+                .rows
+                .iter()
+                .any(|row| matches!(row[c], Cell::Number(_) | Cell::Count(_)));
             if numbers { "--:" } else { "---" }.to_owned()
         });
         let mut out = line(self.columns.clone()) + &line(rule.collect());

@@ -4,13 +4,14 @@ use std::f64::consts::PI;
 use std::path::PathBuf;
 
 use balayage_render::gpu::probe::{self, ProbeCase};
-use balayage_render::gpu::{Gpu, Method, Quality, bench, probe_cases};
+use balayage_render::gpu::{Gpu, Method, bench, probe_cases};
 use balayage_render::optics::{Direction, Fibre, SrbfLight, single_scattering};
 use clap::Args;
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 use rayon::prelude::*;
 
+use super::methods;
 use super::plot::{Plot, Series};
 use super::report::{Cell, Report, Table};
 use crate::cli::{CliError, Console};
@@ -39,26 +40,6 @@ pub(super) struct ScatterArgs {
 /// Lobes, then rgb.
 type Scattered = [[f64; 3]; 3];
 
-/// Methods of one kind, joined in the plot.
-struct Family {
-    name: &'static str,
-    members: Vec<(String, Method)>,
-}
-
-fn families() -> Vec<Family> {
-    let qualities = [
-        ("draft", Quality::Draft),
-        ("standard", Quality::Standard),
-        ("high", Quality::High),
-    ];
-    vec![Family {
-        name: "nodes",
-        members: qualities
-            .map(|(name, quality)| (name.to_owned(), Method::of_quality(quality)))
-            .into(),
-    }]
-}
-
 pub(super) fn run(args: &ScatterArgs, console: &mut Console<'_>) -> Result<(), CliError> {
     let gpu = Gpu::headless()?;
     let mut random = Pcg64::seed_from_u64(args.seed);
@@ -70,9 +51,8 @@ pub(super) fn run(args: &ScatterArgs, console: &mut Console<'_>) -> Result<(), C
     let circular = drawn(args.cases, false);
     let elliptic = drawn(args.cases / 4, true);
     let views = drawn(args.views, false);
-    let families = families();
-    let steps = families.iter().map(|f| f.members.len() as u64).sum::<u64>() + 1;
-    let progress = console.progress(steps, "measuring");
+    let methods = methods::all();
+    let progress = console.progress(methods.len() as u64 + 1, "measuring");
     let want = (reference(&circular)?, reference(&elliptic)?);
     progress.at(1);
 
@@ -90,38 +70,37 @@ pub(super) fn run(args: &ScatterArgs, console: &mut Console<'_>) -> Result<(), C
             "RMS TRT elliptic",
         ],
     );
-    let mut series = Vec::new();
-    let mut done = 1;
-    for family in families {
-        let mut points = Vec::new();
-        for (level, method) in family.members {
-            let seconds = bench::seconds_per_light(&gpu, &views, &method, RUNS)?;
-            let got: Vec<Scattered> = answers(&gpu, &circular, &method)?;
-            let of_ellipses: Vec<Scattered> = answers(&gpu, &elliptic, &method)?;
-            let sum = rms(&got, &want.0, total, |_| 1.0);
-            let lobe = |lobe: usize| move |s: &Scattered| s[lobe];
-            points.push((1e9 * seconds, sum));
-            table.row([
-                Cell::from(family.name),
-                level.into(),
-                (1e9 * seconds).into(),
-                sum.into(),
-                rms(&got, &want.0, lobe(0), |_| 1.0).into(),
-                rms(&got, &want.0, lobe(1), |_| 1.0).into(),
-                rms(&got, &want.0, lobe(2), |_| 1.0).into(),
-                rms(&got, &want.0, total, |i| {
-                    1.0 / light_integral(circular[i].lambda_j)
-                })
-                .into(),
-                rms(&of_ellipses, &want.1, lobe(2), |_| 1.0).into(),
-            ]);
-            done += 1;
-            progress.at(done);
+    let mut series: Vec<Series> = Vec::new();
+    for (index, (family, level, method)) in methods.into_iter().enumerate() {
+        let seconds = bench::seconds_per_light(&gpu, &views, &method, RUNS)?;
+        let got = answers(&gpu, &circular, &method)?;
+        let of_ellipses = answers(&gpu, &elliptic, &method)?;
+        let lobe = |lobe: usize| move |s: &Scattered| s[lobe];
+        let sum = rms(&got, &want.0, total, |_| 1.0);
+        table.row([
+            Cell::from(family),
+            level.into(),
+            (1e9 * seconds).into(),
+            sum.into(),
+            rms(&got, &want.0, lobe(0), |_| 1.0).into(),
+            rms(&got, &want.0, lobe(1), |_| 1.0).into(),
+            rms(&got, &want.0, lobe(2), |_| 1.0).into(),
+            rms(&got, &want.0, total, |i| {
+                1.0 / light_integral(circular[i].lambda_j)
+            })
+            .into(),
+            rms(&of_ellipses, &want.1, lobe(2), |_| 1.0).into(),
+        ]);
+        if series.last().is_none_or(|last| last.name != family) {
+            series.push(Series {
+                name: family.to_owned(),
+                points: Vec::new(),
+            });
         }
-        series.push(Series {
-            name: family.name.to_owned(),
-            points,
-        });
+        if let Some(series) = series.last_mut() {
+            series.points.push((1e9 * seconds, sum));
+        }
+        progress.at(index as u64 + 2);
     }
     drop(progress);
     let report = Report {
