@@ -168,7 +168,7 @@ fn a_colourists_session() {
     assert_eq!(document(&harness).project().operations.len(), 5);
 }
 
-/// A damaged value never reaches the document through the panels; every control has a name.
+/// Every control of the painter has a name in the accessibility tree, and does what it says.
 #[test]
 fn controls_of_the_painter_are_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -219,7 +219,17 @@ fn controls_of_the_painter_are_named() {
     );
     click(&mut harness, "Delete 1. Ombre dye");
     assert!(document(&harness).project().operations.is_empty());
+    click(&mut harness, "Add Balayage");
+    click(&mut harness, "Tone it");
+    let operations = &document(&harness).project().operations;
+    assert_eq!(
+        (operations.len(), operations[1].title().as_str()),
+        (2, "Balayage dye")
+    );
+    assert!(operations[0].shape == operations[1].shape && operations[0].seed == operations[1].seed);
+    check_invariants(&harness, "toned");
     click(&mut harness, "History");
+    harness.step();
     named(&harness, &["1. Ombre dye", "2. Remove ombre dye", "Memory"]);
     click(&mut harness, "1. Ombre dye");
     assert_eq!(document(&harness).project().operations.len(), 1);

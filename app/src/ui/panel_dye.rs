@@ -23,6 +23,8 @@ pub(super) struct DyeState {
     verdict: &'static str,
     /// Name for a new swatch.
     name: String,
+    /// The colours of the library's dyes: absorption and what it is seen in.
+    swatches: Vec<([f32; 3], [f32; 3])>,
 }
 
 impl Default for DyeState {
@@ -34,6 +36,21 @@ impl Default for DyeState {
             on_bleached: true,
             verdict: "",
             name: String::new(),
+            swatches: Vec::new(),
+        }
+    }
+}
+
+impl DyeState {
+    /// Finds the colours of the library's dyes where they are not known yet.
+    fn follow(&mut self, library: &[Dye]) {
+        let known = self.swatches.iter().map(|(sigma_a, _)| sigma_a);
+        if !known.eq(library.iter().map(|dye| &dye.sigma_a)) {
+            let seen = |sigma_a| self.hair.as_ref().map_or([0.5; 3], |hair| hair.seen(sigma_a));
+            self.swatches = library
+                .iter()
+                .map(|dye| (dye.sigma_a, seen(dye.sigma_a)))
+                .collect();
         }
     }
 }
@@ -50,6 +67,7 @@ impl Editor {
             if let Ok(hair) = HairColour::new(values, ratios, settings.pigments) {
                 self.dyes.hair = Some(hair);
                 self.dyes.seen_for = None;
+                self.dyes.swatches.clear();
             }
         }
         let dye = self.brush.mixed_dye();
@@ -113,18 +131,14 @@ impl Editor {
     fn dye_library(&mut self, ui: &mut Ui) {
         let Some(document) = &self.document else { return };
         let library = document.project().dyes.clone();
+        self.dyes.follow(&library);
         let mut chosen = None;
         ui.horizontal_wrapped(|ui| {
-            for (i, dye) in library.iter().enumerate() {
-                let seen = self
-                    .dyes
-                    .hair
-                    .as_ref()
-                    .map_or([0.5; 3], |hair| hair.seen(dye.sigma_a));
+            for (i, (dye, (_, seen))) in library.iter().zip(&self.dyes.swatches).enumerate() {
                 let is_current = self.brush.dye == dye.sigma_a;
                 let stroke = if is_current { 2.0 } else { 0.0 };
                 let button = Button::new("")
-                    .fill(swatch(seen))
+                    .fill(swatch(*seen))
                     .stroke(egui::Stroke::new(stroke, ui.visuals().strong_text_color()))
                     .min_size(egui::Vec2::splat(20.0));
                 let button = ui.add(button).on_hover_text(&dye.name);

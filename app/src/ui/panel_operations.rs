@@ -24,9 +24,7 @@ const LIST_HEIGHT: f32 = 150.0;
 
 impl Editor {
     pub(super) fn operations_panel(&mut self, ui: &mut Ui) {
-        ui.weak(
-            "Add to the chosen layer, with the brush's dye or value. Everything can be changed afterwards.",
-        );
+        ui.weak("Add to the chosen layer. Everything can be changed afterwards.");
         ui.horizontal_wrapped(|ui| {
             for shape in Shape::all() {
                 let button = ui.button(shape.name()).on_hover_text(shape.hint());
@@ -97,25 +95,51 @@ impl Editor {
         });
     }
 
-    /// Adds an operation that paints what the brush paints; grey hair has lost its melanin.
+    /// Adds an operation: those that a colourist lightens with lighten, grey hair has lost its melanin, the others paint what
+    /// the brush paints.
     fn add_operation(&mut self, shape: Shape) {
         let Some(document) = &self.document else { return };
         let number = document.next_operation_number();
         let usual = Operation::shaped(document.next_operation_id(), &self.layer, shape, number);
-        let operation = if matches!(usual.shape, Some(Shape::Grey(_))) {
-            Operation {
+        let lightens = match usual.shape {
+            Some(Shape::Grey(_)) => Some(0.97),
+            Some(Shape::Balayage(_) | Shape::Foils(_) | Shape::TipFade(_)) => Some(0.88),
+            _ => None,
+        };
+        let operation = match lightens {
+            Some(bleach) => Operation {
                 channel: Channel::Bleach,
-                value: StrokeValue::Scalar(0.97),
+                value: StrokeValue::Scalar(bleach),
                 ..usual
-            }
-        } else {
-            Operation {
+            },
+            None => Operation {
                 channel: self.brush.channel,
                 mode: self.brush.mode,
                 value: self.brush.stroke_value(),
                 ..usual
-            }
+            },
         };
+        self.append(operation);
+    }
+
+    /// Dyes where the operation at `index` lightens.
+    fn tone(&mut self, index: usize) {
+        let Some(document) = &self.document else { return };
+        let Some(lightening) = document.project().operations.get(index) else {
+            return;
+        };
+        let operation = Operation {
+            id: document.next_operation_id(),
+            channel: Channel::Dye,
+            mode: Mode::Replace,
+            value: StrokeValue::Rgb(self.brush.mixed_dye()),
+            ..lightening.clone()
+        };
+        self.append(operation);
+    }
+
+    fn append(&mut self, operation: Operation) {
+        let Some(document) = &self.document else { return };
         let index = document.project().operations.len();
         self.edit(Edit::Stroke(operation));
         self.operation = Some(index);
@@ -214,6 +238,16 @@ impl Editor {
                 )
                 .show(ui, &mut settings.hardness),
             );
+        }
+        let can_tone = settings.shape.is_some() && settings.channel == Channel::Bleach;
+        if can_tone
+            && ui
+                .button("Tone it")
+                .on_hover_text("Adds the brush's dye on the same strands and lengths")
+                .clicked()
+        {
+            self.tone(index);
+            return;
         }
         if slider.is_some() || changed {
             self.change_operation(index, slider.as_ref(), |operation| {

@@ -67,9 +67,10 @@ impl<'a> Number<'a> {
 
 /// A slider for a parameter of an operation or a mask, whose usual value is `usual`.
 pub(super) fn parameter(ui: &mut Ui, parameter: Parameter<'_>, usual: f32) -> (Response, bool) {
-    Number::new(parameter.name, parameter.range, usual, parameter.hint)
-        .unit(parameter.unit)
-        .show(ui, parameter.value)
+    let long = *parameter.range.end() > 400.0;
+    let number = Number::new(parameter.name, parameter.range, usual, parameter.hint).unit(parameter.unit);
+    let number = if long { number.logarithmic() } else { number };
+    number.show(ui, parameter.value)
 }
 
 /// A choice among named values; true where another one was taken.
