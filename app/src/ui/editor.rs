@@ -529,7 +529,7 @@ impl eframe::App for Editor {
             .default_size(104.0)
             .show(ui, |ui| self.tool_bar(ui));
         Panel::right("dock")
-            .default_size(300.0)
+            .default_size(324.0)
             .show(ui, |ui| self.right_dock(ui));
         egui::CentralPanel::no_frame().show(ui, |ui| self.viewport(ui));
         self.guard_dialog(&context);

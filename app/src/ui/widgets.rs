@@ -2,7 +2,10 @@
 
 use std::ops::RangeInclusive;
 
-use egui::{Color32, PointerButton, Pos2, Rect, Response, Role, Sense, Slider, Stroke, Ui, Vec2, WidgetInfo};
+use egui::{
+    Color32, PointerButton, Pos2, Rect, Response, Role, Sense, Slider, SliderClamping, Stroke, Ui, Vec2,
+    WidgetInfo,
+};
 
 use super::theme;
 use crate::paint::{Curve, Parameter};
@@ -43,10 +46,11 @@ impl<'a> Number<'a> {
 
     /// The slider; returns it and whether the value changed.
     pub(super) fn show(self, ui: &mut Ui, value: &mut f32) -> (Response, bool) {
-        let before = *value;
         let (low, high) = self.range.clone().into_inner();
         let slider = Slider::new(value, self.range)
             .logarithmic(self.logarithmic)
+            // A value of the file beyond the slider's useful range stays until a person moves it.
+            .clamping(SliderClamping::Edits)
             .text(self.name)
             .suffix(self.unit);
         let unit = self.unit;
@@ -57,10 +61,11 @@ impl<'a> Number<'a> {
         let response = ui.add(slider).on_hover_text(tooltip);
         // The slider itself takes drags only.
         let double = ui.input(|input| input.pointer.button_double_clicked(PointerButton::Primary));
-        if double && response.contains_pointer() {
+        let reset = double && response.contains_pointer();
+        if reset {
             *value = self.usual;
         }
-        let changed = *value != before;
+        let changed = reset || response.changed();
         (response, changed)
     }
 }
