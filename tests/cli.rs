@@ -395,3 +395,33 @@ fn render_writes_what_was_painted() {
     let frames = ["turn-0002.png", "turn-0003.png"].map(|file| fs::read(folder.path().join(file)).unwrap());
     assert!(frames[0] != frames[1] && frames[0].starts_with(b"\x89PNG"));
 }
+
+#[test]
+fn schemes_and_their_numbers_are_checked() {
+    use balayage::cli::method_options::{MethodOptions, SchemeName};
+    use balayage_render::gpu::Scheme;
+
+    for bad in [
+        ["--segments", "1"],
+        ["--segments", "17"],
+        ["--directions", "15"],
+        ["--directions", "4097"],
+        ["--scheme", "other"],
+    ] {
+        let (code, _, err) = balayage(&["probe", bad[0], bad[1]]);
+        assert_eq!(code, 2, "{bad:?}: {err}");
+        assert!(err.contains(bad[1]), "{err}");
+    }
+    // The command line overrides the project, number by number.
+    let of_project = Scheme::Xu2011 { segments: 7 };
+    let mut options = MethodOptions::default();
+    assert_eq!(options.method(of_project).scheme, of_project);
+    options.segments = Some(9);
+    assert_eq!(options.method(of_project).scheme, Scheme::Xu2011 { segments: 9 });
+    options.scheme = Some(SchemeName::Directional);
+    options.directions = Some(32);
+    assert_eq!(
+        options.method(of_project).scheme,
+        Scheme::Directional { directions: 32 }
+    );
+}

@@ -2,7 +2,7 @@
 
 use std::mem::offset_of;
 
-use balayage_render::gpu::{probe, shader, tables};
+use balayage_render::gpu::{DIRECTIONAL_GAMMAS, Method, Scheme, probe, shader, tables};
 use balayage_render::param::VertexParams;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
@@ -32,6 +32,20 @@ fn every_pass_is_valid_wgsl() {
             !module.entry_points.is_empty(),
             "shaders/{path} has no entry point"
         );
+    }
+    // Passes that scatter, with the files of every scheme.
+    for scheme in [
+        Scheme::Xu2011 { segments: 4 },
+        Scheme::Directional { directions: 64 },
+    ] {
+        let method = Method {
+            scheme,
+            ..Method::default()
+        };
+        for path in ["pass/probe.wgsl", "pass/shade.wgsl", "pass/shade_multiple.wgsl"] {
+            let text = shader::compose(path, method.files()).unwrap();
+            validated(&text).unwrap_or_else(|e| panic!("shaders/{path}, {scheme:?}: {e}"));
+        }
     }
     // The check can fail: a type error in a composed pass is found.
     let broken =
@@ -123,9 +137,16 @@ fn table_constants_agree_with_the_host() {
         ("FRESNEL_STEPS", tables::FRESNEL_STEPS as f64),
         ("FRESNEL_ETA_MAX", tables::FRESNEL_ETA_MAX),
         ("FRESNEL_OFFSET", tables::FRESNEL_OFFSET as f64),
+        ("XU_ETA_STEPS", tables::XU_ETA_STEPS as f64),
+        ("XU_ETA_MAX", tables::XU_ETA_MAX),
+        ("XU_THETA_STEPS", tables::XU_THETA_STEPS as f64),
+        ("XU_OFFSET", tables::XU_OFFSET as f64),
     ];
     for (name, value) in expected {
         assert_eq!(constant(&module, name), value, "{name}");
     }
     assert_eq!(tables::scattering_tables().len(), tables::TABLE_LEN);
+    let directional = shader::compose("lib/single_directional.wgsl", &[]).unwrap();
+    let line = format!("const DIRECTIONAL_GAMMAS: u32 = {DIRECTIONAL_GAMMAS}u;");
+    assert!(directional.contains(&line));
 }

@@ -79,6 +79,8 @@ impl Records {
         head: Option<&Occluder<'_>>,
         lights: &[SrbfLight],
         params: &[VertexParams],
+        wanted: Option<&[usize]>,
+        rays: u32,
     ) -> Self {
         let mut transmittance = Transmittance::new(gpu).unwrap();
         transmittance
@@ -87,9 +89,18 @@ impl Records {
         transmittance.set_lights(gpu, lights).unwrap();
         let buffer = gpu.storage_of("parameters", params).unwrap();
         transmittance.set_params(&buffer, MeanFibre::of(params));
-        let first = transmittance.update(gpu, None, false).unwrap();
-        assert!(first.visibility_rays > 0 && first.path_rays > 0 && first.painted_voxels > 0);
-        let again = transmittance.update(gpu, None, false).unwrap();
+        let wanted = wanted.map(|points| {
+            let mut flags = vec![0_u32; groom.point_count()];
+            points.iter().for_each(|&point| flags[point] = 1);
+            gpu.storage_of("wanted", &flags).unwrap()
+        });
+        let first = transmittance.update(gpu, wanted.as_ref(), false, rays).unwrap();
+        assert!(
+            first.visibility_rays + first.exact_rays > 0 && first.path_rays > 0 && first.painted_voxels > 0
+        );
+        let again = transmittance
+            .update(gpu, wanted.as_ref(), false, rays.min(1))
+            .unwrap();
         assert_eq!(again, Default::default(), "nothing is stale after an update");
 
         let points = groom.point_count();
@@ -150,13 +161,18 @@ fn free_share(
     free.count() as f32 / rays as f32
 }
 
+/// Random points of a groom, the same for the same number.
+fn picked(groom: &Groom, samples: usize) -> Vec<usize> {
+    let mut random = random(5);
+    (0..samples)
+        .map(|_| random.random_range(0..groom.point_count()))
+        .collect()
+}
+
 /// Root mean square error and mean error of the mean visibility at `samples` random points, against 256 exact rays each.
 fn visibility_error(records: &Records, groom: &Groom, lights: &[SrbfLight], samples: usize) -> (f64, f64) {
     let grid = SegmentGrid::new(&Strands::from(groom));
-    let mut picks = random(5);
-    let picks: Vec<usize> = (0..samples)
-        .map(|_| picks.random_range(0..groom.point_count()))
-        .collect();
+    let picks = picked(groom, samples);
     let errors: Vec<f64> = picks
         .par_iter()
         .flat_map_iter(|&point| {
@@ -239,6 +255,8 @@ fn a_fibre_does_not_shadow_itself() {
             None,
             &lights(),
             &default_params(groom.point_count()),
+            None,
+            0,
         );
         let worst = records
             .visibility
@@ -254,11 +272,34 @@ fn visibility_of_a_ball_is_near_exact_rays() {
     let gpu = Gpu::headless().unwrap();
     let groom = ball(1000, 0.01);
     let lights = lights();
-    let mut records = Records::of(&gpu, &groom, None, &lights, &default_params(groom.point_count()));
+    let mut records = Records::of(
+        &gpu,
+        &groom,
+        None,
+        &lights,
+        &default_params(groom.point_count()),
+        None,
+        0,
+    );
     let (rmse, bias) = visibility_error(&records, &groom, &lights, 150);
     assert!(
         rmse < 0.13 && bias.abs() < 0.03,
         "RMSE {rmse:.3}, bias {bias:+.3}"
+    );
+    let refined = Records::of(
+        &gpu,
+        &groom,
+        None,
+        &lights,
+        &default_params(groom.point_count()),
+        Some(&picked(&groom, 150)),
+        64,
+    );
+    let (rmse, bias) = visibility_error(&refined, &groom, &lights, 150);
+    eprintln!("64 rays: RMSE {rmse:.4}, bias {bias:+.4}");
+    assert!(
+        rmse < 0.06 && bias.abs() < 0.01,
+        "64 rays: RMSE {rmse:.4}, bias {bias:+.4}"
     );
 
     // The comparison notices records of the wrong light.
@@ -302,11 +343,21 @@ fn a_head_stops_light() {
         Some(&head),
         &lights,
         &default_params(groom.point_count()),
+        None,
+        0,
     );
     let middle = 15 * 17 + 8;
     assert_eq!(records.seen(0, middle), 0.0, "light from behind the head");
     assert!(records.seen(1, middle) > 0.95, "light from the open side");
-    let open = Records::of(&gpu, &groom, None, &lights, &default_params(groom.point_count()));
+    let open = Records::of(
+        &gpu,
+        &groom,
+        None,
+        &lights,
+        &default_params(groom.point_count()),
+        None,
+        0,
+    );
     assert!(open.seen(0, middle) > 0.95, "without the head");
 }
 
@@ -318,14 +369,14 @@ fn paint_in_front_tints_what_lies_behind() {
     let lights = [light(Vec3::Z, 0.1)];
     let mut params = default_params(groom.point_count());
     params.iter_mut().for_each(|p| p.sigma_a = [0.1; 3]);
-    let plain = Records::of(&gpu, &groom, None, &lights, &params);
+    let plain = Records::of(&gpu, &groom, None, &lights, &params, None, 0);
 
     // The last sheet, nearest to the light, becomes red: green and blue are absorbed.
     let front = 5 * 40 * 17;
     params[front..]
         .iter_mut()
         .for_each(|p| p.sigma_a = [0.1, 3.0, 3.0]);
-    let painted = Records::of(&gpu, &groom, None, &lights, &params);
+    let painted = Records::of(&gpu, &groom, None, &lights, &params, None, 0);
     assert_eq!(
         plain.visibility, painted.visibility,
         "visibility does not depend on paint"
@@ -366,12 +417,23 @@ fn visibility_of_real_hair_is_near_exact_rays() {
     ] {
         let Some(path) = test_data(name) else { return };
         let groom = read_groom(&path, None).unwrap().groom;
-        let records = Records::of(&gpu, &groom, None, &lights, &default_params(groom.point_count()));
-        let (rmse, bias) = visibility_error(&records, &groom, &lights, 500);
-        eprintln!("{name}: RMSE {rmse:.4}, bias {bias:+.4}");
-        assert!(
-            rmse < 0.13 && bias.abs() < 0.02,
-            "{name}: RMSE {rmse:.4}, bias {bias:+.4}"
-        );
+        for (rays, limit, bias_limit) in [(0, 0.13, 0.02), (64, 0.06, 0.01)] {
+            let params = default_params(groom.point_count());
+            let records = Records::of(
+                &gpu,
+                &groom,
+                None,
+                &lights,
+                &params,
+                Some(&picked(&groom, 500)),
+                rays,
+            );
+            let (rmse, bias) = visibility_error(&records, &groom, &lights, 500);
+            eprintln!("{name}, {rays} rays: RMSE {rmse:.4}, bias {bias:+.4}");
+            assert!(
+                rmse < limit && bias.abs() < bias_limit,
+                "{name}, {rays} rays: RMSE {rmse:.4}, bias {bias:+.4}"
+            );
+        }
     }
 }

@@ -12,25 +12,31 @@ const ELLIPTIC_STEPS: u32 = 2u;
 // Least change of phi_i plus exit azimuth with phi_i.
 const ELLIPTIC_SLOPE_MIN: f32 = 0.4;
 
-// Integral of N_TRT times exp(kappa (cos(phi_i - phi_j) - 1)) over phi_i; `azimuth` holds cos and sin of phi_o - phi_j.
-fn azimuth_trt(r: Refraction, sigma_a: vec3f, w_c: f32, kappa: f32, azimuth: vec2f) -> vec3f {
+// Integral of N_TRT times exp(kappa (cos(phi_i - phi_j) - 1)) over phi_i; `half` holds cos and sin of (phi_o - phi_j)/2.
+fn azimuth_trt(r: Refraction, sigma_a: vec3f, w_c: f32, kappa: f32, half: vec2f) -> vec3f {
     let light = von_mises(kappa);
     let blurred_kappa = convolved(kappa, light.convolution, 2.0 / (w_c * w_c));
-    let amplitude = light.i0e / von_mises(blurred_kappa).i0e;
+    let blurred = von_mises(blurred_kappa);
+    return light.i0e / blurred.i0e * trt_paths(r, sigma_a, blurred_kappa, blurred.root, half, trt_gamma_count());
+}
+
+// Sum over gamma of the energies that leave, each times exp(kappa (cos(azimuth - Phi) - 1)); `root` is sqrt(kappa).
+fn trt_paths(r: Refraction, sigma_a: vec3f, kappa: f32, root: f32, half: vec2f, count: u32) -> vec3f {
+    let a = absorption(r, sigma_a, 2u);
+    let across = doubled_angle(half);
     var sum = vec3f(0.0);
-    let count = trt_gamma_count();
     for (var k = 0u; k < count; k++) {
         let node = gamma_node(count, k);
-        let path = path_at(r, sigma_a, 2u, node.x, node.y);
-        // A concentration limited by the footprint keeps the energy: density scales with sqrt(kappa).
-        let footprint = TRT_FOOTPRINT * node.w * path.spread;
-        let limited = min(blurred_kappa, 1.0 / (footprint * footprint + 1e-5));
-        let scale = sqrt(limited / max(blurred_kappa, 1e-20));
-        let even = azimuth.x * path.exit.x - 1.0;
-        let odd = azimuth.y * path.exit.y;
-        sum += node.z * path.energy * select(1.0, scale, limited < blurred_kappa) * (exp(limited * (even + odd)) + exp(limited * (even - odd)));
+        let passage = passage_at(r, 2u, node.x, node.y);
+        // A concentration limited by the footprint keeps the energy: density scales with its root.
+        let footprint = max(TRT_FOOTPRINT * node.w * passage.spread, 3e-3);
+        let scale = min(1.0, 1.0 / (footprint * root + 1e-6));
+        let limited = scale * scale * kappa;
+        let even = across.x * passage.exit.x - 1.0;
+        let odd = across.y * passage.exit.y;
+        sum += node.z * passage.surface * scale * (exp(limited * (even + odd)) + exp(limited * (even - odd))) * absorbed(a, passage.cos_t);
     }
-    return amplitude * sum;
+    return sum;
 }
 
 // The same for an elliptic section, eta*(phi_h) inside the integral (Xu 2011, Eq 25): per node and mirror image the index is

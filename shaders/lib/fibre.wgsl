@@ -55,7 +55,11 @@ fn refraction(eta: f32, cos_theta_d: f32) -> Refraction {
 
 // Exact reflectance of unpolarised light at cosine `cos_i` outside a dielectric of index `eta` >= 1.
 fn fresnel_dielectric(cos_i: f32, eta: f32) -> f32 {
-    let cos_t = sqrt(max(1.0 - (1.0 - cos_i * cos_i) / (eta * eta), 0.0));
+    return fresnel_at(cos_i, sqrt(max(1.0 - (1.0 - cos_i * cos_i) / (eta * eta), 0.0)), eta);
+}
+
+// The same where the cosine inside is known: in a fibre it is cos theta_t cos gamma_t.
+fn fresnel_at(cos_i: f32, cos_t: f32, eta: f32) -> f32 {
     let s = (cos_i - eta * cos_t) / (cos_i + eta * cos_t + 1e-20);
     let p = (eta * cos_i - cos_t) / (eta * cos_i + cos_t + 1e-20);
     return 0.5 * (s * s + p * p);

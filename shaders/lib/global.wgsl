@@ -1,4 +1,5 @@
-//!use lib/single.wgsl
+//!use lib/prepared.wgsl
+//!use lib/quality.wgsl
 //!use lib/paths.wgsl
 // Global multiple scattering: what forward-scattered light, spread over the half circle around phi_j and by a Gaussian in
 // theta_i, sends to the view through one fibre (Xu 2011, Eq 27 and 28); circular fibre.

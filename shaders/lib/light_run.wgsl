@@ -1,8 +1,8 @@
-// One light's march from all listed points (Rust: gpu::transmittance::LightRun).
+// One light's rays from all listed points (Rust: gpu::transmittance::LightRun).
 
 struct LightRun {
     point_count: u32,
     light: u32,              // index among all lights
     first_record: u32,       // where this light's records begin in the batch
-    padding: u32,
+    prior: f32,              // weight of the record that is there; exact rays only
 }

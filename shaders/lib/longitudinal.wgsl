@@ -24,7 +24,7 @@ fn product_gaussian(mean: f32, beta: f32, theta_o: f32, theta_j: f32, inv_lambda
     let reach = HALF_PI - TRUNCATION_MIN * width;
     let inside = clamp(centre, -reach, reach);
     // The chord of the light is no longer than the distance, so this bounds SRBF and plain Gaussian from above.
-    let chord = 2.0 * sin(0.5 * (inside - theta_j));
+    let chord = 2.0 * sine(0.5 * (inside - theta_j));
     let from_mean = inside - mean;
     let peak_exponent = -inv_lambda_sq * chord * chord - lobe_precision * from_mean * from_mean;
     return ProductGaussian(inside, width, select(-1.0, 1.0, inside >= 0.0), (HALF_PI - abs(inside)) / width, peak_exponent);
@@ -43,10 +43,10 @@ fn outer_node(g: ProductGaussian, n: u32, k: u32, mean: f32, beta: f32, theta_o:
     let rule = truncated_gauss(n, k, g.truncation);
     let theta = g.centre + g.side * g.width * rule.x;
     let theta_i = clamp(theta, -HALF_PI, HALF_PI);
-    let cos_theta_i = max(cos(theta_i), 0.0);
-    let cos_theta_d = max(cos(0.5 * (theta_o - theta_i)), 1e-4);
+    let cos_theta_i = cosine(theta_i);
+    let cos_theta_d = max(cosine(0.5 * (theta_o - theta_i)), 1e-4);
     let from_light = theta_i - theta_j;
-    let chord = select(2.0 * sin(0.5 * from_light), from_light, flat);
+    let chord = select(2.0 * sine(0.5 * from_light), from_light, flat);
     let from_lobe = (theta_i - mean) / beta;
     let exponent = rule.x * rule.x - inv_lambda_sq * chord * chord - 0.125 * from_lobe * from_lobe;
     let cosines = cos_theta_i / cos_theta_d;

@@ -3,13 +3,13 @@
 override quality: u32 = 1u;
 
 // Above this product of the light's concentration and TT's span, TT is read off at azimuths; below it is summed over gamma.
-const TT_NARROW: f32 = 5.0;
+const TT_NARROW: f32 = 3.5;
 
 // Outer nodes of R, TT, TRT.
 fn outer_counts() -> vec3u {
     switch quality {
         case 0u: { return vec3u(3u, 2u, 2u); }
-        case 1u: { return vec3u(4u, 2u, 3u); }
+        case 1u: { return vec3u(5u, 2u, 3u); }
         default: { return vec3u(6u, 4u, 5u); }
     }
 }

@@ -14,6 +14,10 @@ const WINDOW_OFFSET: u32 = 10187u;
 const FRESNEL_STEPS: u32 = 256u;
 const FRESNEL_ETA_MAX: f32 = 3.0;
 const FRESNEL_OFFSET: u32 = 10317u;
+const XU_ETA_STEPS: u32 = 128u;
+const XU_ETA_MAX: f32 = 10.0;
+const XU_THETA_STEPS: u32 = 64u;
+const XU_OFFSET: u32 = 10831u;
 
 // A place between two entries of a table.
 struct Slot { index: u32, fraction: f32 }
@@ -40,7 +44,8 @@ fn gamma_node(n: u32, k: u32) -> vec4f {
 // Quantities of the von Mises density of concentration kappa = 2 / lambda^2.
 struct VonMises {
     i0e: f32,             // exp(-kappa) I0(kappa); exp(kappa (cos x - 1)) integrates to 2 pi i0e
-    one_minus_cos: f32,   // 1 - cos of the outer nodes of the rule {0, +-x}, exact for 1, cos x, cos 2x
+    root: f32,            // sqrt(kappa)
+    half: vec2f,          // cos(x/2), sin(x/2) of the rule with nodes {0, +-x}, exact for 1, cos x, cos 2x
     outer_weight: f32,    // weight of each outer node; the middle one has 1 - 2 outer_weight
     convolution: f32,     // g: a convolution with a narrow density kappa_2 has kappa_c = kappa / (1 + g / kappa_2)
 }
@@ -51,10 +56,15 @@ fn concentration_coordinate(kappa: f32) -> f32 {
 }
 
 fn von_mises(kappa: f32) -> VonMises {
-    let slot = table_slot(concentration_coordinate(kappa), VON_MISES_STEPS);
+    let root = sqrt(kappa);
+    let v = 1.0 / (1.0 + root);
+    let slot = table_slot(v, VON_MISES_STEPS);
     let at = VON_MISES_OFFSET + slot.index;
     let entry = mix(tables[at], tables[at + 1u], slot.fraction);
-    return VonMises(entry.x * inverseSqrt(1.0 + TWO_PI * kappa), entry.y / (1.0 + kappa), entry.z, entry.w * (0.5 + kappa));
+    // From the tangent of a quarter of the outer node's angle, without a root.
+    let quarter = entry.y * v;
+    let half = vec2f(1.0 - quarter * quarter, 2.0 * quarter) / (1.0 + quarter * quarter);
+    return VonMises(entry.x * v, root, half, entry.z, entry.w * (0.5 + kappa));
 }
 
 // The density that approximates the convolution of two; the first one's `convolution` is g.
@@ -90,4 +100,15 @@ fn fresnel_polynomial(eta: f32) -> FresnelPolynomial {
     let slot = table_slot((eta - 1.0) / (FRESNEL_ETA_MAX - 1.0), FRESNEL_STEPS);
     let at = FRESNEL_OFFSET + 2u * slot.index;
     return FresnelPolynomial(mix(tables[at], tables[at + 2u], slot.fraction), mix(tables[at + 1u], tables[at + 3u], slot.fraction));
+}
+
+// H_0, H_2, H_4 of TT (p = 1) or TRT (p = 2): integrals over h in [-1, 1] of Schlick's Fresnel factors times h^k, at eta and
+// abs(theta_d) (Xu 2011, Eq 19 and 23).
+fn xu_moments(eta: f32, theta_d: f32, p: u32) -> vec3f {
+    let row = table_slot((1.0 - 1.0 / eta) / (1.0 - 1.0 / XU_ETA_MAX), XU_ETA_STEPS);
+    let column = table_slot(theta_d / HALF_PI, XU_THETA_STEPS);
+    let at = XU_OFFSET + 2u * (row.index * (XU_THETA_STEPS + 1u) + column.index) + p - 1u;
+    let below = at + 2u * (XU_THETA_STEPS + 1u);
+    let upper = mix(tables[at].xyz, tables[at + 2u].xyz, column.fraction);
+    return mix(upper, mix(tables[below].xyz, tables[below + 2u].xyz, column.fraction), row.fraction);
 }

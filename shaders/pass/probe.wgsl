@@ -2,6 +2,7 @@
 //!use lib/probe_case.wgsl
 //!use lib/global.wgsl
 //!use lib/averages.wgsl
+//!use lib/probe_case.wgsl
 // The scattering functions at single points: one thread per case.
 
 struct ProbeResult {

@@ -53,7 +53,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             let mean = frames[shade.first_light + j].mean_cosine * light_local;
             let asked = lobe_mean_directions(view, at.x, at.y, light.bandwidth);
             for (var t = 0u; t < 3u; t++) {
-                seen_by[t] = saturate(seen_at.x + dot(slope, direction(asked[t]) - mean));
+                seen_by[t] = saturate(seen_at.x + dot(slope, asked[t] - mean));
             }
         }
         let r = lobes.r * seen_by.x;

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use balayage_render::light::PRESETS;
 use clap::Args;
 
 use crate::document::{Document, Environment, LightSettings};
@@ -9,9 +10,9 @@ use crate::document::{Document, Environment, LightSettings};
 /// Which light, how it is turned and exposed; what is not given stays as the project has it.
 #[derive(Args)]
 pub(super) struct LightOptions {
-    /// Environment map (.hdr, .exr).
-    #[arg(long, value_name = "MAP", conflicts_with = "lights")]
-    env: Option<PathBuf>,
+    /// Environment map (.hdr, .exr), or preset:NAME: afternoon, noon, golden-hour, dusk, overcast, three-point, uniform.
+    #[arg(long, value_name = "MAP", conflicts_with = "lights", value_parser = map_or_preset)]
+    env: Option<MapOrPreset>,
     /// SRBF lights that are fitted to the map [default: 40].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     light_count: Option<u32>,
@@ -24,6 +25,22 @@ pub(super) struct LightOptions {
     /// Exposure in stops.
     #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = finite)]
     exposure: Option<f32>,
+}
+
+/// Where `--env` takes light from.
+#[derive(Clone)]
+enum MapOrPreset {
+    Map(PathBuf),
+    Preset(String),
+}
+
+/// A path, or a preset that exists.
+fn map_or_preset(text: &str) -> Result<MapOrPreset, String> {
+    match text.strip_prefix("preset:") {
+        None => Ok(MapOrPreset::Map(PathBuf::from(text))),
+        Some(name) if PRESETS.contains(&name) => Ok(MapOrPreset::Preset(name.to_owned())),
+        Some(_) => Err(format!("the presets are {}", PRESETS.join(", "))),
+    }
 }
 
 /// A number that is neither NaN nor infinite.
@@ -41,7 +58,10 @@ impl LightOptions {
     pub(super) fn applied_to(&self, document: &Document) -> LightSettings {
         let mut light = document.project().light.clone();
         if let Some(map) = &self.env {
-            light.environment = Environment::Map(document.reference_to(map));
+            light.environment = match map {
+                MapOrPreset::Map(path) => Environment::Map(document.reference_to(path)),
+                MapOrPreset::Preset(name) => Environment::Preset(name.clone()),
+            };
         }
         if let Some(lights) = &self.lights {
             light.environment = Environment::Lights(document.reference_to(lights));

@@ -1,14 +1,34 @@
 //! Options that say how single scattering is evaluated.
 
-use balayage_render::gpu::{Method, Quality};
+use balayage_render::gpu::{DIRECTIONS, Method, Quality, SEGMENTS, Scheme};
 use clap::{Args, ValueEnum};
 
-/// `--quality`.
+/// `--scheme`, `--segments`, `--directions`, `--quality`.
 #[derive(Args, Clone, Copy, Debug, Default)]
 pub struct MethodOptions {
+    /// How scattering is integrated over a light (the project's way if not given).
+    #[arg(long, value_enum)]
+    pub scheme: Option<SchemeName>,
+    /// Segments of the scheme xu2011, 2 to 16 (4 if not given).
+    #[arg(long, value_name = "M", value_parser = clap::value_parser!(u32).range(i64::from(*SEGMENTS.start())..=i64::from(*SEGMENTS.end())))]
+    pub segments: Option<u32>,
+    /// Samples of each light of the scheme directional, 16 to 4096 (1024 if not given).
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(i64::from(*DIRECTIONS.start())..=i64::from(*DIRECTIONS.end())))]
+    pub directions: Option<u32>,
     /// Accuracy of the light integrals.
     #[arg(long, value_enum, default_value_t)]
     pub quality: QualityName,
+}
+
+/// Names of the schemes.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum SchemeName {
+    /// Gauss nodes and closed forms: the usual one.
+    Nodes,
+    /// The published method of Xu 2011, for comparison.
+    Xu2011,
+    /// Brute force: many directions per light.
+    Directional,
 }
 
 /// Names of the quality levels.
@@ -24,12 +44,27 @@ pub enum QualityName {
 }
 
 impl MethodOptions {
-    /// What the options ask for.
-    pub fn method(&self) -> Method {
-        Method::of_quality(match self.quality {
+    /// What the options ask for; the project's scheme where they name none.
+    pub fn method(&self, of_project: Scheme) -> Method {
+        let quality = match self.quality {
             QualityName::Draft => Quality::Draft,
             QualityName::Standard => Quality::Standard,
             QualityName::High => Quality::High,
-        })
+        };
+        let mut scheme = match self.scheme {
+            None => of_project,
+            Some(SchemeName::Nodes) => Scheme::Nodes,
+            Some(SchemeName::Xu2011) => Scheme::Xu2011 { segments: 4 },
+            Some(SchemeName::Directional) => Scheme::Directional { directions: 1024 },
+        };
+        match &mut scheme {
+            Scheme::Nodes => {}
+            Scheme::Xu2011 { segments } => *segments = self.segments.unwrap_or(*segments),
+            Scheme::Directional { directions } => *directions = self.directions.unwrap_or(*directions),
+        }
+        Method {
+            scheme,
+            ..Method::of_quality(quality)
+        }
     }
 }

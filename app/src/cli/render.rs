@@ -7,8 +7,8 @@ use std::{
 
 use balayage_render::{
     gpu::{
-        Camera, CameraFile, FrameReport, Gpu, Multiple, RenderSettings, Renderer, ShadeSettings, Terms,
-        ViewTransform,
+        Camera, CameraFile, FrameReport, Gpu, Multiple, Quality, RenderSettings, Renderer, ShadeSettings,
+        Terms, ViewTransform,
     },
     image::write_png,
 };
@@ -62,6 +62,12 @@ pub(super) struct RenderArgs {
     /// How light that has crossed other fibres is added.
     #[arg(long, value_enum, default_value_t = MultipleName::M2)]
     multiple: MultipleName,
+    /// Exact rays per point and light that shadows come from; 0: the density of the hair. [default: 64 with --quality high, else 0]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=1024))]
+    visibility_rays: Option<u32>,
+    /// Shadows from 256 exact rays per point and light.
+    #[arg(long, conflicts_with = "visibility_rays")]
+    reference_visibility: bool,
     /// Unpainted parameters, as eumelanin=1.3; repeat for more.
     #[arg(long = "set", value_name = "CHANNEL=VALUE")]
     settings: Vec<HairOption>,
@@ -169,7 +175,7 @@ pub(super) fn run(args: &RenderArgs, console: &mut Console<'_>) -> Result<(), Cl
     let gpu = Gpu::headless()?;
     let lighting = load_light(&document, console)?;
     let mut renderer = scene(&gpu, &document, &lighting, args.background == BackgroundName::Env)?;
-    let settings = settings(args);
+    let settings = settings(args, &document);
 
     // One picture, or one for every frame of the turntable.
     let mut pictures = Vec::new();
@@ -288,10 +294,21 @@ fn scene(
     Ok(renderer)
 }
 
-fn settings(args: &RenderArgs) -> RenderSettings {
+/// Rays of `--reference-visibility`.
+const REFERENCE_RAYS: u32 = 256;
+/// Rays of `--quality high`.
+const HIGH_RAYS: u32 = 64;
+
+fn settings(args: &RenderArgs, document: &Document) -> RenderSettings {
+    let method = args.method.method(document.project().hair.scheme);
+    let usual_rays = if method.quality == Quality::High {
+        HIGH_RAYS
+    } else {
+        0
+    };
     RenderSettings {
         shade: ShadeSettings {
-            method: args.method.method(),
+            method,
             multiple: match args.multiple {
                 MultipleName::M2 => Multiple::M2,
                 MultipleName::Zinke2008 => Multiple::Zinke2008,
@@ -310,6 +327,11 @@ fn settings(args: &RenderArgs) -> RenderSettings {
             ViewName::Raw => ViewTransform::Raw,
         },
         show_background: args.background == BackgroundName::Env,
+        visibility_rays: if args.reference_visibility {
+            REFERENCE_RAYS
+        } else {
+            args.visibility_rays.unwrap_or(usual_rays)
+        },
         // A PNG is looked at: what is not covered is black there. An EXR keeps its alpha.
         backdrop: [0.0, 0.0, 0.0, 1.0],
         ..RenderSettings::default()

@@ -1,5 +1,11 @@
 //! Files inside the program: what `builtin:` names in a project.
 
+use std::path::Path;
+
+use balayage_render::light::EnvironmentMap;
+
+use crate::Problem;
+
 /// A path of a project that starts like this names a file inside the program.
 const PREFIX: &str = "builtin:";
 
@@ -7,6 +13,14 @@ const FILES: &[(&str, &[u8])] = &[
     (
         "grooms/wavy-bob.hair",
         include_bytes!("../../../projects/grooms/wavy-bob.hair"),
+    ),
+    (
+        "environments/city.hdr",
+        include_bytes!("../../../projects/environments/city.hdr"),
+    ),
+    (
+        "environments/studio.hdr",
+        include_bytes!("../../../projects/environments/studio.hdr"),
     ),
     (
         "environments/sunrise.hdr",
@@ -36,3 +50,20 @@ pub(super) fn reference_to(path: &str) -> String {
 
 /// The text of the sample project.
 pub(super) const SAMPLE: &str = include_str!("../../../projects/wavy-bob.json");
+
+/// The environment maps inside the program, by name.
+///
+/// # Errors
+/// A map that is refused, which a test rules out.
+pub fn builtin_environments() -> Result<Vec<(String, EnvironmentMap)>, Problem> {
+    let named = FILES.iter().filter_map(|(file, bytes)| {
+        let name = file.strip_prefix("environments/")?.strip_suffix(".hdr")?;
+        Some((name, bytes))
+    });
+    named
+        .map(|(name, bytes)| {
+            let (map, _) = EnvironmentMap::from_bytes(bytes, Path::new(name)).map_err(Problem::from)?;
+            Ok((name.to_owned(), map))
+        })
+        .collect()
+}

@@ -1,5 +1,6 @@
 //! What a project may hold: every number finite and in its range, every name unique.
 
+use balayage_render::light::PRESETS;
 use balayage_render::param::{Channel, LobeRatios};
 use glam::Mat3;
 
@@ -60,6 +61,12 @@ pub(super) fn check_light(light: &LightSettings) -> Result<(), Problem> {
     within("light.exposure_ev", light.exposure_ev, -30.0..=30.0)?;
     match &light.environment {
         Environment::Sky => Ok(()),
+        Environment::Preset(name) if PRESETS.contains(&name.as_str()) => Ok(()),
+        Environment::Preset(name) => Err(Problem::at(
+            "light.environment.preset",
+            format!("there is no preset {name:?}"),
+            format!("name one of {}", PRESETS.join(", ")),
+        )),
         Environment::Constant(rgb) => rgb
             .iter()
             .try_for_each(|x| within("light.environment.constant", *x, 0.0..=1e6)),
@@ -78,6 +85,13 @@ pub(crate) fn check_hair(hair: &HairSettings) -> Result<(), Problem> {
         return within(&format!("hair.base.{}", channel.name()), value, channel.range());
     }
     check_ratios("hair.ratios", &hair.ratios.known)?;
+    if let Err(reason) = hair.scheme.checked() {
+        return Err(Problem::at(
+            "hair.scheme",
+            reason,
+            "choose a number in that range",
+        ));
+    }
     match hair.diameter {
         Some(diameter) => within("hair.diameter", diameter, 1e-9..=1e6),
         None => Ok(()),

@@ -3,7 +3,7 @@
 use std::{ops::ControlFlow, path::Path, sync::Arc, time::Instant};
 
 use balayage_render::light::{
-    EnvironmentMap, FitSettings, GradientSky, InputError, LightSet, MapReport, fit_lights,
+    EnvironmentMap, FitSettings, GradientSky, InputError, LightSet, MapReport, Preset, fit_lights,
 };
 use glam::Vec3;
 
@@ -47,6 +47,15 @@ impl Lighting {
             Environment::Lights(reference) => Ok(Self::of_lights(
                 LightSet::read(&resolve(reference)).map_err(Problem::from)?,
             )),
+            Environment::Preset(name) => match Preset::named(name) {
+                Some(Preset::Lights(lights)) => Ok(Self::of_lights(lights)),
+                Some(Preset::Sky(sky)) => Self::fitted(sky.map(SKY_ROWS), Path::new(name), count, progress),
+                None => Err(Problem::at(
+                    "light.environment.preset",
+                    format!("there is no preset {name:?}"),
+                    "choose another environment",
+                )),
+            },
             Environment::Sky => Self::fitted(
                 GradientSky::default().map(SKY_ROWS),
                 Path::new("sky"),

@@ -25,6 +25,7 @@ use balayage_render::{
 };
 use rayon::prelude::*;
 
+pub use builtin::builtin_environments;
 pub use check::check_camera;
 pub(crate) use check::check_hair;
 pub use edit::{Changes, Edit};

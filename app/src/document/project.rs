@@ -1,6 +1,9 @@
 //! The project file: everything that a picture depends on, as JSON.
 
-use balayage_render::param::{LobeRatios, PigmentSet, PointValues};
+use balayage_render::{
+    gpu::Scheme,
+    param::{LobeRatios, PigmentSet, PointValues},
+};
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -102,6 +105,8 @@ pub enum Environment {
     /// A gradient sky with a sun.
     #[default]
     Sky,
+    /// A named environment of `balayage_render::light::PRESETS`.
+    Preset(String),
     /// The same radiance from everywhere, linear Rec.709.
     Constant([f32; 3]),
     /// Path of an equirectangular map, Radiance or OpenEXR.
@@ -163,6 +168,9 @@ pub struct HairSettings {
     pub ratios: Open<LobeRatios>,
     /// Fibre diameter in the groom's unit; null keeps the file's.
     pub diameter: Option<f32>,
+    /// How scattering is integrated over a light; not written where it is the usual one.
+    #[serde(skip_serializing_if = "is_usual")]
+    pub scheme: Scheme,
     /// Unknown fields.
     #[serde(flatten)]
     pub extra: Extra,
@@ -242,6 +250,10 @@ pub enum Blend {
     Multiply,
 }
 
+fn is_usual(scheme: &Scheme) -> bool {
+    *scheme == Scheme::default()
+}
+
 fn yes() -> bool {
     true
 }
@@ -316,7 +328,7 @@ impl Project {
         }
         match &mut self.light.environment {
             Environment::Map(path) | Environment::Lights(path) => *path = change(path),
-            Environment::Sky | Environment::Constant(_) => {}
+            Environment::Sky | Environment::Preset(_) | Environment::Constant(_) => {}
         }
     }
 }

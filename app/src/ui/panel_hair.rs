@@ -1,5 +1,6 @@
 //! Unpainted parameters of the hair.
 
+use balayage_render::gpu::Scheme;
 use balayage_render::param::{Channel, LobeRatios, PigmentSet, PointValues};
 use egui::Ui;
 
@@ -41,8 +42,41 @@ impl Editor {
                 (PigmentSet::Cycles, "Cycles"),
             ],
         );
+        self.scheme_choice(ui, &hair);
         if pigments != hair.pigments {
             self.edit(Edit::SetHair(HairSettings { pigments, ..hair }));
+        }
+    }
+
+    fn scheme_choice(&mut self, ui: &mut Ui, hair: &HairSettings) {
+        let name = |scheme| match scheme {
+            Scheme::Nodes => "Nodes",
+            Scheme::Xu2011 { .. } => "Xu 2011",
+            Scheme::Directional { .. } => "Directions (slow)",
+        };
+        let mut scheme = hair.scheme;
+        egui::ComboBox::from_label("Light integrals")
+            .selected_text(name(scheme))
+            .show_ui(ui, |ui| {
+                // The kind is chosen here; another number than the usual one comes from the project file.
+                for kind in [
+                    Scheme::Nodes,
+                    Scheme::Xu2011 { segments: 4 },
+                    Scheme::Directional { directions: 64 },
+                ] {
+                    let chosen = std::mem::discriminant(&kind) == std::mem::discriminant(&scheme);
+                    if ui.selectable_label(chosen, name(kind)).clicked() && !chosen {
+                        scheme = kind;
+                    }
+                }
+            })
+            .response
+            .on_hover_text("How the light that each strand scatters is added up: Nodes is fast and accurate, the others are there to compare with");
+        if scheme != hair.scheme {
+            self.edit(Edit::SetHair(HairSettings {
+                scheme,
+                ..hair.clone()
+            }));
         }
     }
 

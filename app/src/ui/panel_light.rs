@@ -12,6 +12,7 @@ impl Editor {
         let name = match &light.environment {
             Environment::Sky => "Sky".to_owned(),
             Environment::Constant(_) => "Uniform".to_owned(),
+            Environment::Preset(name) => name.clone(),
             Environment::Map(path) | Environment::Lights(path) => path.clone(),
         };
         egui::ComboBox::from_label("Environment")

@@ -44,8 +44,21 @@ enum Effort {
     Quick,
     /// As the last picture, only what was painted is new.
     Touch,
-    /// Everything that was asked for.
+    /// Everything that was asked for, shadows from voxels.
     Full,
+    /// Shadows refined by exact rays: nothing is left to do.
+    Refined,
+}
+
+impl Effort {
+    /// What follows when nothing changes, and after how long a rest.
+    fn next(self) -> Option<(Self, Duration)> {
+        match self {
+            Self::Quick | Self::Touch => Some((Self::Full, REST)),
+            Self::Full => Some((Self::Refined, LONG_REST)),
+            Self::Refined => None,
+        }
+    }
 }
 
 /// Strands and head.
@@ -207,6 +220,9 @@ impl Drop for Viewer {
 const QUICK_MS: f64 = 120.0;
 /// How long nothing may change before a draft is sharpened.
 const REST: Duration = Duration::from_millis(150);
+/// How long nothing may change before shadows are refined by exact rays, and how many per point and light.
+const LONG_REST: Duration = Duration::from_millis(1200);
+const REFINED_RAYS: u32 = 16;
 /// Drafts have that share of the viewport's pixels per side.
 const DRAFT_SHARE: u32 = 2;
 
@@ -240,32 +256,32 @@ impl Worker {
     }
 
     fn run(mut self) {
-        let mut sharpen = false;
+        let mut pending = None;
         loop {
-            let inbox = self.next(sharpen);
+            let inbox = self.next(pending.map(|(_, rest)| rest));
             if inbox.quit {
                 return;
             }
-            let changed = !inbox.is_empty();
-            match self.frame(inbox, changed) {
-                Ok(drew_draft) => sharpen = drew_draft,
+            let due = pending.filter(|_| inbox.is_empty()).map(|(effort, _)| effort);
+            match self.frame(inbox, due) {
+                Ok(drawn) => pending = drawn.and_then(Effort::next),
                 Err(error) => {
                     self.renderer = None;
-                    sharpen = false;
+                    pending = None;
                     self.tell(ViewerEvent::Failed(error.to_string()));
                 }
             }
         }
     }
 
-    /// Waits for news; when a draft is to be sharpened, only until the hand rests.
-    fn next(&self, sharpen: bool) -> Inbox {
+    /// Waits for news; when a picture is to be sharpened, only until the hand has rested.
+    fn next(&self, rest: Option<Duration>) -> Inbox {
         let inbox = self.shared.inbox();
-        let inbox = if sharpen {
+        let inbox = if let Some(rest) = rest {
             let waited = self
                 .shared
                 .wake
-                .wait_timeout_while(inbox, REST, |inbox| inbox.is_empty());
+                .wait_timeout_while(inbox, rest, |inbox| inbox.is_empty());
             waited.unwrap_or_else(PoisonError::into_inner).0
         } else {
             let waited = self.shared.wake.wait_while(inbox, |inbox| inbox.is_empty());
@@ -275,19 +291,19 @@ impl Worker {
         std::mem::take(&mut *inbox)
     }
 
-    /// Takes what is new and draws; returns true where the picture is a draft that wants sharpening.
-    fn frame(&mut self, inbox: Inbox, changed: bool) -> Result<bool, GpuError> {
+    /// Takes what is new and draws, with the effort that is due or else what the news are worth; returns the effort of a picture of a view at rest.
+    fn frame(&mut self, inbox: Inbox, due: Option<Effort>) -> Result<Option<Effort>, GpuError> {
         self.take(inbox)?;
         let (Some(view), Some(_), Some(_)) = (self.view, &self.scene, &self.light) else {
-            return Ok(false);
+            return Ok(None);
         };
         if self.params.is_empty() {
-            return Ok(false);
+            return Ok(None);
         }
-        let effort = self.effort(view, changed);
+        let effort = due.unwrap_or_else(|| self.effort(view));
         let start = Instant::now();
         let Some(renderer) = &mut self.renderer else {
-            return Ok(false);
+            return Ok(None);
         };
         let mut settings = view.settings;
         let mut size = view.size;
@@ -302,9 +318,9 @@ impl Worker {
                 settings.samples = 1;
                 size = size.map(|side| (side / DRAFT_SHARE).max(1));
             }
+            (Effort::Refined, _) => settings.visibility_rays = REFINED_RAYS,
             _ => {}
         }
-        let is_draft = effort != Effort::Full;
         let report = renderer.render(&view.camera, size, &settings)?;
         let rgba = renderer.shown_bytes()?;
         let picks = Some(PickFrame {
@@ -312,7 +328,7 @@ impl Worker {
             picks: renderer.picks()?,
         });
         let milliseconds = start.elapsed().as_secs_f64() * 1e3;
-        if !is_draft {
+        if effort == Effort::Full {
             self.last_full_ms = milliseconds;
         }
         self.last = Some((view, size, settings.shade.method.quality));
@@ -323,20 +339,20 @@ impl Worker {
             picks,
             report,
             milliseconds,
-            is_draft,
+            is_draft: effort != Effort::Refined,
         })));
-        Ok(is_draft && view.motion == Motion::Still)
+        Ok((view.motion == Motion::Still).then_some(effort))
     }
 
-    /// What the next picture is worth. Sharpening (nothing has changed) and frames that are quick anyway get everything.
-    fn effort(&self, view: ViewRequest, changed: bool) -> Effort {
+    /// What the next picture is worth after a change. Frames that are quick anyway get everything.
+    fn effort(&self, view: ViewRequest) -> Effort {
         let same_view = self.last.is_some_and(|(last, ..)| {
             last.camera == view.camera && last.size == view.size && last.settings == view.settings
         });
         match view.motion {
             Motion::Painting if same_view => Effort::Touch,
             Motion::Painting | Motion::Moving => Effort::Quick,
-            Motion::Still if !changed || self.last_full_ms < QUICK_MS => Effort::Full,
+            Motion::Still if self.last_full_ms < QUICK_MS => Effort::Full,
             Motion::Still if same_view => Effort::Touch,
             Motion::Still => Effort::Quick,
         }

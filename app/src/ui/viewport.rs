@@ -1,6 +1,6 @@
 //! The viewport: the picture, looking around, painting, the brush's ring.
 
-use balayage_render::gpu::{RenderSettings, ShadeSettings};
+use balayage_render::gpu::{Method, RenderSettings, ShadeSettings};
 use egui::{Color32, Modifiers, PointerButton, Pos2, Rect, Response, Role, Sense, Stroke, Ui, WidgetInfo};
 use glam::Vec2;
 
@@ -71,11 +71,19 @@ impl Editor {
     fn ask_for_picture(&mut self, ui: &Ui, rect: Rect) {
         let Some(camera) = &self.camera else { return };
         let pixels = rect.size() * ui.ctx().pixels_per_point();
+        let scheme = self
+            .document
+            .as_ref()
+            .map(|document| document.project().hair.scheme);
         self.viewer.set_view(ViewRequest {
             camera: *camera.camera(),
             size: [(pixels.x as u32).max(1), (pixels.y as u32).max(1)],
             settings: RenderSettings {
                 shade: ShadeSettings {
+                    method: Method {
+                        scheme: scheme.unwrap_or_default(),
+                        ..Method::default()
+                    },
                     terms: self.view.terms,
                     ..ShadeSettings::default()
                 },

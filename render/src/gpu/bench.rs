@@ -9,7 +9,7 @@ use super::{Gpu, GpuError, Kernel, Method, tables::scattering_tables};
 pub const LIGHTS: u32 = 40;
 
 /// Seconds that single scattering by `method` takes for one light of one view: the fastest of `runs` dispatches over all `cases` with
-/// [`LIGHTS`] lights each, after one that warms up. Preparation per view is shared by its lights, as when strands are shaded.
+/// [`LIGHTS`] lights each (fewer of a scheme that is too slow for them), after one that warms up. Preparation per view is shared by its lights, as when strands are shaded.
 ///
 /// # Errors
 /// [`GpuError`] when the shader is refused, the cases exceed a buffer, or the device is lost.
@@ -19,7 +19,13 @@ pub fn seconds_per_light(
     method: &Method,
     runs: u32,
 ) -> Result<f64, GpuError> {
-    let kernel = Kernel::scattering(gpu, "pass/bench_scatter.wgsl", method)?;
+    let lights = LIGHTS.min(method.lights_per_dispatch());
+    let kernel = Kernel::scattering_with(
+        gpu,
+        "pass/bench_scatter.wgsl",
+        method,
+        &[("lights", f64::from(lights))],
+    )?;
     let tables = gpu.storage_of("scattering tables", &scattering_tables())?;
     let packed: Vec<GpuCase> = cases.iter().map(GpuCase::from).collect();
     let inputs = gpu.storage_of("bench cases", &packed)?;
@@ -34,5 +40,5 @@ pub fn seconds_per_light(
             fastest = fastest.min(start.elapsed().as_secs_f64());
         }
     }
-    Ok(fastest / (cases.len() as f64 * f64::from(LIGHTS)))
+    Ok(fastest / (cases.len() as f64 * f64::from(lights)))
 }

@@ -35,6 +35,9 @@ pub struct RenderSettings {
     pub show_background: bool,
     /// Display-linear colour behind the picture, a = 0: transparent.
     pub backdrop: [f32; 4],
+    /// Exact rays per point and light that visibility comes from; 0: from the density of the voxels. More rays are a refinement: what was
+    /// traced for a picture stays for the next ones until strands or lights change.
+    pub visibility_rays: u32,
     /// True while something is being painted: what light loses on its way through freshly painted hair stays as it was (the paint itself is
     /// shown), so that only painted vertices are shaded again. The next frame without it brings everything up to date.
     pub interactive: bool,
@@ -49,6 +52,7 @@ impl Default for RenderSettings {
             view_exposure_ev: 0.0,
             show_background: false,
             backdrop: [0.0; 4],
+            visibility_rays: 0,
             interactive: false,
         }
     }
@@ -341,7 +345,12 @@ impl Renderer {
             || last.is_none_or(|(c, z, s)| {
                 c != camera
                     || *z != size
-                    || (s.samples, s.show_background) != (settings.samples, settings.show_background)
+                    || (s.samples, s.show_background, s.visibility_rays)
+                        != (
+                            settings.samples,
+                            settings.show_background,
+                            settings.visibility_rays,
+                        )
             });
         let view_stale = self.stale.picture || last.is_none_or(|(_, _, s)| s != settings);
 
@@ -383,10 +392,16 @@ impl Renderer {
             let mut shade = || {
                 let done = report.time(&gpu, "transmittance", |_| {
                     let wanted = Some(&scene.strands.wanted_points);
-                    self.transmittance.update(&gpu, wanted, settings.interactive)
+                    self.transmittance
+                        .update(&gpu, wanted, settings.interactive, settings.visibility_rays)
                 })?;
+                // What a vertex was shaded with has changed where better rays were traced.
+                if done.exact_rays > 0 {
+                    scene.strands.single_work.forget_all(&gpu);
+                }
                 report.count("voxels painted", done.painted_voxels);
                 report.count("visibility rays", done.visibility_rays);
+                report.count("exact rays", done.exact_rays);
                 report.count("path rays", done.path_rays);
                 // New losses change what every point gets from the light's way.
                 if done.painted_voxels > 0 {

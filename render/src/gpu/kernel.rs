@@ -20,16 +20,46 @@ pub(super) fn with_module<T>(
         reason,
     };
     let text = shader::compose(path, instead).map_err(refused)?;
+    with_source(gpu, path, wgpu::ShaderSource::Wgsl(text.into()), pipeline).map_err(refused)
+}
+
+/// Compiles a shader and makes a pipeline of it, or says what the compiler said.
+fn with_source<T>(
+    gpu: &Gpu,
+    label: &str,
+    source: wgpu::ShaderSource<'_>,
+    pipeline: impl FnOnce(&wgpu::ShaderModule) -> T,
+) -> Result<T, String> {
     let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
     let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some(path),
-        source: wgpu::ShaderSource::Wgsl(text.into()),
+        label: Some(label),
+        source,
     });
     let made = pipeline(&module);
     match pollster::block_on(scope.pop()) {
-        Some(error) => Err(refused(error.to_string())),
+        Some(error) => Err(error.to_string()),
         None => Ok(made),
     }
+}
+
+fn compute_pipeline(
+    gpu: &Gpu,
+    label: &str,
+    module: &wgpu::ShaderModule,
+    constants: &[(&str, f64)],
+) -> wgpu::ComputePipeline {
+    gpu.device
+        .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(label),
+            layout: None,
+            module,
+            entry_point: Some("main"),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                constants,
+                ..Default::default()
+            },
+            cache: None,
+        })
 }
 
 /// A compiled compute pass with the bind group layout that its shader implies.
@@ -52,7 +82,29 @@ impl Kernel {
     /// # Errors
     /// [`GpuError::Refused`] with the compiler's message.
     pub fn scattering(gpu: &Gpu, path: &str, method: &Method) -> Result<Self, GpuError> {
-        Self::composed(gpu, path, method.files(), &method.constants())
+        Self::scattering_with(gpu, path, method, &[])
+    }
+
+    /// The same with `constants` of the pass itself.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`] with the compiler's message.
+    pub fn scattering_with(
+        gpu: &Gpu,
+        path: &str,
+        method: &Method,
+        constants: &[(&str, f64)],
+    ) -> Result<Self, GpuError> {
+        let text = shader::compose(path, method.files()).map_err(|reason| GpuError::Refused {
+            what: format!("shaders/{path}"),
+            reason,
+        })?;
+        Self::composed(
+            gpu,
+            path,
+            method.files(),
+            &[constants, &method.constants(&text)].concat(),
+        )
     }
 
     fn composed(
@@ -62,22 +114,35 @@ impl Kernel {
         constants: &[(&str, f64)],
     ) -> Result<Self, GpuError> {
         let pipeline = with_module(gpu, path, instead, |module| {
-            gpu.device
-                .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                    label: Some(path),
-                    layout: None,
-                    module,
-                    entry_point: Some("main"),
-                    compilation_options: wgpu::PipelineCompilationOptions {
-                        constants,
-                        ..Default::default()
-                    },
-                    cache: None,
-                })
+            compute_pipeline(gpu, path, module, constants)
         })?;
         Ok(Self {
             pipeline,
             label: path.to_owned(),
+        })
+    }
+
+    /// Compiles a module that was parsed and changed, entry point `main`.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`] with the compiler's message.
+    pub(super) fn of_module(
+        gpu: &Gpu,
+        label: &str,
+        module: naga::Module,
+        constants: &[(&str, f64)],
+    ) -> Result<Self, GpuError> {
+        let source = wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module));
+        let pipeline = with_source(gpu, label, source, |module| {
+            compute_pipeline(gpu, label, module, constants)
+        })
+        .map_err(|reason| GpuError::Refused {
+            what: label.to_owned(),
+            reason,
+        })?;
+        Ok(Self {
+            pipeline,
+            label: label.to_owned(),
         })
     }
 

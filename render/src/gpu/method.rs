@@ -1,5 +1,7 @@
 //! How single scattering is evaluated: the model, the scheme that integrates it, and how finely; and which shader files that means.
 
+use std::ops::RangeInclusive;
+
 use serde::{Deserialize, Serialize};
 
 /// How finely the integrals of single scattering are evaluated.
@@ -31,6 +33,46 @@ pub enum Scheme {
     /// Gauss nodes in inclination and offset, closed forms in azimuth.
     #[default]
     Nodes,
+    /// Xu 2011 as printed: circular Gaussians in azimuth, linear segments in inclination.
+    Xu2011 {
+        /// Segments m, [`SEGMENTS`].
+        segments: u32,
+    },
+    /// Brute force: samples of the light, each a direction.
+    Directional {
+        /// Samples of a light, [`DIRECTIONS`].
+        directions: u32,
+    },
+}
+
+/// Segments that `xu2011` can have; the paper takes 4.
+pub const SEGMENTS: RangeInclusive<u32> = 2..=16;
+/// Directions that `directional` can have; the paper takes 1,536 for all lights together.
+pub const DIRECTIONS: RangeInclusive<u32> = 16..=4096;
+
+/// `DIRECTIONAL_GAMMAS` of `shaders/lib/single_directional.wgsl`.
+pub const DIRECTIONAL_GAMMAS: u32 = 12;
+
+impl Scheme {
+    /// The scheme, if its number is in range.
+    ///
+    /// # Errors
+    /// What the number is and must be.
+    pub fn checked(self) -> Result<Self, String> {
+        let (name, number, range) = match self {
+            Self::Nodes => return Ok(self),
+            Self::Xu2011 { segments } => ("segments", segments, SEGMENTS),
+            Self::Directional { directions } => ("directions", directions, DIRECTIONS),
+        };
+        if range.contains(&number) {
+            return Ok(self);
+        }
+        Err(format!(
+            "{name} is {number}; it must be {} to {}",
+            range.start(),
+            range.end()
+        ))
+    }
 }
 
 /// Model, scheme and quality: together they choose the shader files.
@@ -53,15 +95,35 @@ impl Method {
         }
     }
 
+    /// Lights that one thread may go through: Mesa's software driver ends the loops of a thread after 65,535 rounds in all.
+    pub fn lights_per_dispatch(&self) -> u32 {
+        match self.scheme {
+            Scheme::Nodes | Scheme::Xu2011 { .. } => u32::MAX,
+            // A direction is a round with one more for each of its nodes of gamma.
+            Scheme::Directional { directions } => (65_000 / (directions * (1 + DIRECTIONAL_GAMMAS))).max(1),
+        }
+    }
+
     /// Files that stand in for others where a pass is composed (`shader::compose`).
     pub fn files(&self) -> &'static [(&'static str, &'static str)] {
         match (self.model, self.scheme) {
             (Model::Marschner, Scheme::Nodes) => &[],
+            (Model::Marschner, Scheme::Xu2011 { .. }) => &[("lib/single.wgsl", "lib/single_xu2011.wgsl")],
+            (Model::Marschner, Scheme::Directional { .. }) => {
+                &[("lib/single.wgsl", "lib/single_directional.wgsl")]
+            }
         }
     }
 
-    /// Pipeline-overridable constants of those files.
-    pub fn constants(&self) -> Vec<(&'static str, f64)> {
-        vec![("quality", f64::from(self.quality as u8))]
+    /// Pipeline-overridable constants of those files, as far as the composed `text` declares them.
+    pub fn constants(&self, text: &str) -> Vec<(&'static str, f64)> {
+        let mut constants = vec![("quality", f64::from(self.quality as u8))];
+        match self.scheme {
+            Scheme::Nodes => {}
+            Scheme::Xu2011 { segments } => constants.push(("segments", f64::from(segments))),
+            Scheme::Directional { directions } => constants.push(("directions", f64::from(directions))),
+        }
+        constants.retain(|(name, _)| text.contains(&format!("override {name}:")));
+        constants
     }
 }

@@ -8,6 +8,7 @@ pub mod head;
 mod kernel;
 mod lights;
 mod method;
+pub mod operations;
 pub mod probe;
 pub mod probe_cases;
 pub mod raster;
@@ -23,7 +24,7 @@ pub use camera::{Camera, CameraFile};
 pub use device::{Gpu, GpuError};
 pub use frame::{FrameReport, Pick, PickMap, RenderSettings, Renderer};
 pub use kernel::{GROUP_SIZE, Kernel, fold_groups};
-pub use method::{Method, Model, Quality, Scheme};
+pub use method::{DIRECTIONAL_GAMMAS, DIRECTIONS, Method, Model, Quality, SEGMENTS, Scheme};
 pub use shade::{Multiple, ShadeSettings, Terms};
 pub use transmittance::{
     AVERAGES_ENTRIES, LightBatch, MeanFibre, PATH_BYTES, Transmittance, TransmittanceReport,

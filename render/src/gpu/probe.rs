@@ -4,7 +4,7 @@ use std::mem::offset_of;
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{Gpu, GpuError, Kernel, Method, tables::scattering_tables};
+use super::{Gpu, GpuError, Kernel, Method, operations, shader, tables::scattering_tables};
 
 /// One point at which the model is evaluated. Angles in radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -191,4 +191,32 @@ pub fn run(gpu: &Gpu, cases: &[ProbeCase], method: &Method) -> Result<Vec<ProbeR
         );
     }
     Ok(results)
+}
+
+/// Transcendental operations (exponentials, logarithms, powers, trigonometric and hyperbolic functions and their inverses, square roots;
+/// per component of a vector) that `single_scattering` executes at each case, counted by the shader itself. What is prepared per
+/// vertex and view, whatever the light, is not counted.
+///
+/// # Errors
+/// As [`run`].
+pub fn operations(gpu: &Gpu, cases: &[ProbeCase], method: &Method) -> Result<Vec<u32>, GpuError> {
+    let text =
+        shader::compose("pass/operations.wgsl", method.files()).map_err(|reason| GpuError::Refused {
+            what: "shaders/pass/operations.wgsl".to_owned(),
+            reason,
+        })?;
+    let tables = scattering_tables();
+    let mut counts = Vec::with_capacity(cases.len());
+    for chunk in cases.chunks(CHUNK) {
+        let packed: Vec<GpuCase> = chunk.iter().map(GpuCase::from).collect();
+        let inputs = [bytemuck::cast_slice(&tables), bytemuck::cast_slice(&packed)];
+        counts.extend(operations::run(
+            gpu,
+            &text,
+            &method.constants(&text),
+            &inputs,
+            chunk.len() as u32,
+        )?);
+    }
+    Ok(counts)
 }

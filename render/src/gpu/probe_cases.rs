@@ -146,7 +146,7 @@ pub fn defect(r: &ProbeResult) -> Option<Defect> {
         ("global", r.global.as_flattened(), 1e4),
         ("a_f", &r.a_f[..], 1.0),
         ("a_b", &r.a_b[..], 1.0),
-        ("beta", r.beta.as_flattened(), 1.5),
+        ("beta", r.beta.as_flattened(), 1.51),
         ("A_b", &r.a_bar_b[..], f64::MAX),
     ];
     for (name, values, most) in positive {

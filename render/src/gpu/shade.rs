@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::strands::StrandBuffers;
 use super::tables::scattering_tables;
 use super::transmittance::{LightBatch, Transmittance};
-use super::work_list::Lister;
+use super::work_list::{DONE, Lister};
 use super::{Gpu, GpuError, Kernel, Method, Quality};
 
 /// How light that has crossed other fibres is added.
@@ -180,7 +180,7 @@ impl ShadePass {
         ];
         let points = strands
             .multiple_work
-            .collect(gpu, &self.lister, &strands.wanted_points)?;
+            .collect(gpu, &self.lister, &strands.wanted_points, DONE)?;
         if scatters_often && points > 0 {
             for run in &lights {
                 let uniform = gpu.uniform_of("shade multiple", &run.uniform);
@@ -200,7 +200,7 @@ impl ShadePass {
         }
         let vertices = strands
             .single_work
-            .collect(gpu, &self.lister, &strands.wanted_vertices)?;
+            .collect(gpu, &self.lister, &strands.wanted_vertices, DONE)?;
         report.vertices = u64::from(vertices);
         if vertices > 0 {
             for run in &lights {
@@ -258,7 +258,14 @@ fn runs<'a>(settings: &ShadeSettings, strands: &StrandBuffers, inputs: &ShadeInp
             (batch.lights.start..split, Vec3::ZERO),
             (split..batch.lights.end, inputs.constant),
         ];
-        for (lights, constant) in parts.into_iter().filter(|(lights, _)| !lights.is_empty()) {
+        // Lights that stand for a uniform environment are weighed by their sum: these stay together.
+        let most = settings.method.lights_per_dispatch() as usize;
+        let [(real, none), uniform] = parts;
+        let chunks = real.clone().step_by(most).map(|first| {
+            let last = real.end.min(first.saturating_add(most as u32));
+            (first..last, none)
+        });
+        for (lights, constant) in chunks.chain([uniform]).filter(|(lights, _)| !lights.is_empty()) {
             let uniform = ShadeUniform {
                 camera_position: inputs.camera_position.to_array(),
                 vertex_count: strands.vertex_count,

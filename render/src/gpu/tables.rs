@@ -8,6 +8,7 @@
 //! | mean cosine powers | [`COSINE_POWER_OFFSET`] | means of y^1..y^8 under a von Mises density (Xu 2011, Eq 14), over v and y = abs cos(phi/2) |
 //! | window cosine powers | [`WINDOW_OFFSET`] | means of y^1..y^8 over the half circle around a direction (Xu 2011, Eq 28), over y |
 //! | Fresnel polynomials | [`FRESNEL_OFFSET`] | coefficients of X^0..X^7 of the exact dielectric reflectance, over eta |
+//! | Fresnel moments of Xu 2011 | [`XU_OFFSET`] | H_0, H_2, H_4 of TT, then of TRT (Eq 19, 23), over 1/eta and theta_d |
 //!
 //! `shaders/lib/tables.wgsl` repeats the constants of this file; a test compares them.
 
@@ -44,8 +45,16 @@ pub const FRESNEL_STEPS: usize = 256;
 pub const FRESNEL_ETA_MAX: f64 = 3.0;
 /// First entry of the Fresnel section.
 pub const FRESNEL_OFFSET: usize = WINDOW_OFFSET + 2 * (COSINE_POWER_STEPS + 1);
+/// Intervals of the moments of Xu 2011 over 1/eta, from eta = 1 to [`XU_ETA_MAX`].
+pub const XU_ETA_STEPS: usize = 128;
+/// Largest index of refraction of the moments.
+pub const XU_ETA_MAX: f64 = 10.0;
+/// Intervals of the moments over theta_d in [0, pi/2].
+pub const XU_THETA_STEPS: usize = 64;
+/// First entry of the moments.
+pub const XU_OFFSET: usize = FRESNEL_OFFSET + 2 * (FRESNEL_STEPS + 1);
 /// All entries.
-pub const TABLE_LEN: usize = FRESNEL_OFFSET + 2 * (FRESNEL_STEPS + 1);
+pub const TABLE_LEN: usize = XU_OFFSET + 2 * (XU_ETA_STEPS + 1) * (XU_THETA_STEPS + 1);
 
 /// All sections in the order above, [`TABLE_LEN`] entries.
 pub fn scattering_tables() -> Vec<[f32; 4]> {
@@ -72,7 +81,32 @@ pub fn scattering_tables() -> Vec<[f32; 4]> {
         out.push(narrow([c[0], c[1], c[2], c[3]]));
         out.push(narrow([c[4], c[5], c[6], c[7]]));
     }
+    push_xu_moments(&mut out);
     out
+}
+
+/// H_0, H_2 and H_4 of TT and TRT with Schlick's reflectance (Xu 2011, Eq 19 and 23).
+fn push_xu_moments(out: &mut Vec<[f32; 4]>) {
+    let rule = gauss_legendre(32, 0.0, FRAC_PI_2);
+    for i in 0..=XU_ETA_STEPS {
+        let eta = 1.0 / (1.0 - (1.0 - 1.0 / XU_ETA_MAX) * i as f64 / XU_ETA_STEPS as f64);
+        let f_0 = ((1.0 - eta) / (1.0 + eta)).powi(2);
+        for j in 0..=XU_THETA_STEPS {
+            let cos_theta_d = (FRAC_PI_2 * j as f64 / XU_THETA_STEPS as f64).cos();
+            let (mut tt, mut trt) = ([0.0; 4], [0.0; 4]);
+            for (gamma, weight) in &rule {
+                let (h, cos_gamma) = gamma.sin_cos();
+                let reflected = f_0 + (1.0 - f_0) * (1.0 - cos_theta_d * cos_gamma).powi(5);
+                // Both signs of h.
+                let through = 2.0 * weight * cos_gamma * (1.0 - reflected).powi(2);
+                for (k, power) in [1.0, h.powi(2), h.powi(4)].into_iter().enumerate() {
+                    tt[k] += through * power;
+                    trt[k] += through * reflected * power;
+                }
+            }
+            out.extend([narrow(tt), narrow(trt)]);
+        }
+    }
 }
 
 fn narrow(values: [f64; 4]) -> [f32; 4] {
@@ -191,15 +225,15 @@ fn kappa_at(v: f64) -> f64 {
     ((1.0 - v) / v).powi(2)
 }
 
-/// i0e(kappa) sqrt(1 + 2 pi kappa); (1 + kappa)(1 - cos x) and w of the three-node rule {0, +-x}, weights {1 - 2w, w, w};
+/// i0e(kappa) / v; tan(x/4) / v and w of the three-node rule {0, +-x}, weights {1 - 2w, w, w};
 /// and g / (1/2 + kappa), g = A / (2 kappa A'), A = I1/I0, of the convolution rule 1/kappa_c = (1 + g/kappa_2) / kappa_1.
 fn von_mises_entry(v: f64) -> [f64; 4] {
     if v <= 0.0 {
-        return [1.0, 1.5, 1.0 / 6.0, 1.0];
+        return [1.0 / (2.0 * PI).sqrt(), 0.25 * 3.0_f64.sqrt(), 1.0 / 6.0, 1.0];
     }
     let kappa = kappa_at(v);
     if kappa < 1e-9 {
-        return [1.0, 1.5, 1.0 / 3.0, 1.0];
+        return [1.0 / v, (PI / 6.0).tan() / v, 1.0 / 3.0, 1.0];
     }
     let (points, i0e) = von_mises_measure(kappa);
     // 1 - A is integrated as such: the difference would cancel for narrow densities.
@@ -217,8 +251,9 @@ fn von_mises_entry(v: f64) -> [f64; 4] {
     let weight = one_minus_a / (2.0 * one_minus_cos);
     let g = a / (2.0 * kappa * slope);
     [
-        i0e * (1.0 + 2.0 * PI * kappa).sqrt(),
-        (1.0 + kappa) * one_minus_cos,
+        i0e / v,
+        // From 1 - cos x, which is exact for narrow densities.
+        (0.5 * (0.5 * one_minus_cos).sqrt().asin()).tan() / v,
         weight,
         g / (0.5 + kappa),
     ]

@@ -1,18 +1,18 @@
 //! Visibility and path sums per (point, light): uploads the density volume, runs the marches, keeps what is not stale.
 //!
-//! Passes, in order: `averages` (table of what one fibre does), `density_paint` (losses per voxel), `transmittance_visibility`,
-//! `transmittance_path`. Visibility depends on geometry and lights; the path sums on paint as well.
+//! Passes, in order: `averages` (table of what one fibre does), `density_paint` (losses per voxel), `transmittance_visibility` or, once a
+//! view rests, `visibility_exact`, `transmittance_path`. Visibility depends on geometry and lights; the path sums on paint as well.
 
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
 
-use super::work_list::{Lister, WorkList};
+use super::work_list::{DONE, Lister, WorkList};
 use super::{Gpu, GpuError, Kernel};
 use crate::gpu::tables::scattering_tables;
 use crate::light::SrbfLight;
 use crate::param::VertexParams;
-use crate::volume::lobe::{LobeDirection, LobeLight, lobe_tables};
+use crate::volume::lobe::{LobeDirection, LobeLight, exact_tables, lobe_tables};
 use crate::volume::{DensityVolume, Grid, Occluder, Strands, VolumeSettings};
 
 /// Bytes of a visibility record: a, b of T(w) = a + b . (w - A w_j) as four half floats.
@@ -59,6 +59,8 @@ pub struct TransmittanceReport {
     pub painted_voxels: u64,
     /// Rays marched for visibility.
     pub visibility_rays: u64,
+    /// Rays tested against fibres for visibility.
+    pub exact_rays: u64,
     /// Rays marched for path sums.
     pub path_rays: u64,
 }
@@ -87,6 +89,17 @@ struct LightBuffers {
     table: Vec<LobeDirection>,
     lights: wgpu::Buffer,
     directions: wgpu::Buffer,
+    exact: Option<ExactLights>,
+}
+
+/// The lights with the directions of exact rays, so many to a light.
+struct ExactLights {
+    rays: u32,
+    total_rays: u64,
+    /// Weight of the marched record, per light.
+    prior: Vec<f32>,
+    lights: wgpu::Buffer,
+    directions: wgpu::Buffer,
 }
 
 /// Uniform of the marches, same layout as `LightRun` in the passes.
@@ -96,7 +109,7 @@ struct LightRun {
     point_count: u32,
     light: u32,
     first_record: u32,
-    padding: u32,
+    prior: f32,
 }
 
 /// The fibre whose averages stand for the whole groom, whatever its absorption; same layout as `Fibre` in `shaders/lib/fibre.wgsl`.
@@ -155,6 +168,7 @@ struct Stale {
 pub struct Transmittance {
     density_paint: Kernel,
     visibility: Kernel,
+    visibility_exact: Kernel,
     path: Kernel,
     lister: Lister,
     averages_pass: Kernel,
@@ -163,6 +177,7 @@ pub struct Transmittance {
     fibre: Option<MeanFibre>,
     volume: Option<VolumeBuffers>,
     params: Option<wgpu::Buffer>,
+    srbf: Vec<SrbfLight>,
     lights: Option<LightBuffers>,
     batches: Vec<LightBatch>,
     stale: Stale,
@@ -178,6 +193,7 @@ impl Transmittance {
         Ok(Self {
             density_paint: Kernel::new(gpu, "pass/density_paint.wgsl", &[])?,
             visibility: Kernel::new(gpu, "pass/transmittance_visibility.wgsl", &[])?,
+            visibility_exact: Kernel::new(gpu, "pass/visibility_exact.wgsl", &[])?,
             path: Kernel::new(gpu, "pass/transmittance_path.wgsl", &[])?,
             lister: Lister::new(gpu)?,
             averages_pass: Kernel::new(gpu, "pass/averages.wgsl", &[])?,
@@ -189,6 +205,7 @@ impl Transmittance {
             )?,
             volume: None,
             params: None,
+            srbf: Vec::new(),
             lights: None,
             batches: Vec::new(),
             stale: Stale::default(),
@@ -255,14 +272,17 @@ impl Transmittance {
             directions: gpu.storage_of::<LobeDirection>("lobe directions", &directions)?,
             frames,
             table: directions,
+            exact: None,
         });
+        self.srbf = lights.to_vec();
         self.stale.lights = true;
         Ok(())
     }
 
     /// Runs what is stale, as far as strands, parameters and lights are there, for the points that `wanted` (u32 a point) does not hold
     /// a 0 for; for all points without it. With `paint_may_lag` the path sums of an earlier paint stay where there are any, and so does
-    /// what voxels lose ([`Self::lags`]).
+    /// what voxels lose ([`Self::lags`]). Visibility comes from the voxels, with `rays` > 0 refined by so many exact rays per point and light
+    /// (fewer for faint lights); records of more rays than asked for stay.
     ///
     /// # Errors
     /// [`GpuError::TooLarge`] where the records of one light exceed what the adapter binds, [`GpuError::Lost`].
@@ -271,6 +291,7 @@ impl Transmittance {
         gpu: &Gpu,
         wanted: Option<&wgpu::Buffer>,
         paint_may_lag: bool,
+        rays: u32,
     ) -> Result<TransmittanceReport, GpuError> {
         let mut report = TransmittanceReport::default();
         let Some(volume) = &self.volume else {
@@ -292,6 +313,12 @@ impl Transmittance {
             self.stale.paint = false;
             self.has_paint = true;
         }
+        if let Some(lights) = &mut self.lights
+            && rays > 0
+            && lights.exact.as_ref().is_none_or(|exact| exact.rays != rays)
+        {
+            lights.exact = Some(ExactLights::new(gpu, &self.srbf, rays)?);
+        }
         let Some(lights) = &self.lights else {
             return Ok(report);
         };
@@ -306,18 +333,27 @@ impl Transmittance {
             self.stale.lights = false;
         }
         let wanted = wanted.unwrap_or(&volume.every_point);
-        let rays =
+        let rays_of =
             |count: fn(&LobeLight) -> u32| lights.frames.iter().map(|l| u64::from(count(l))).sum::<u64>();
-        let points = volume.visibility_work.collect(gpu, &self.lister, wanted)?;
+        let points = volume.visibility_work.collect(gpu, &self.lister, wanted, DONE)?;
         if points > 0 {
             self.march_lights(gpu, volume, lights, Records::Visibility, points);
-            report.visibility_rays = u64::from(points) * rays(|light| light.visibility_count);
+            report.visibility_rays = u64::from(points) * rays_of(|light| light.visibility_count);
+        }
+        if let (1.., Some(exact)) = (rays, &lights.exact) {
+            let points = volume
+                .visibility_work
+                .collect(gpu, &self.lister, wanted, DONE + rays)?;
+            if points > 0 {
+                self.march_lights(gpu, volume, lights, Records::Exact(exact), points);
+                report.exact_rays = u64::from(points) * exact.total_rays;
+            }
         }
         if self.has_paint {
-            let points = volume.path_work.collect(gpu, &self.lister, wanted)?;
+            let points = volume.path_work.collect(gpu, &self.lister, wanted, DONE)?;
             if points > 0 {
                 self.march_lights(gpu, volume, lights, Records::Path, points);
-                report.path_rays = u64::from(points) * rays(|light| light.path_count + 1);
+                report.path_rays = u64::from(points) * rays_of(|light| light.path_count + 1);
             }
         }
         Ok(report)
@@ -377,7 +413,7 @@ impl Transmittance {
         gpu: &Gpu,
         volume: &VolumeBuffers,
         lights: &LightBuffers,
-        records: Records,
+        records: Records<'_>,
         listed_points: u32,
     ) {
         for batch in &self.batches {
@@ -386,23 +422,39 @@ impl Transmittance {
                     point_count: volume.point_count,
                     light,
                     first_record: (light - batch.lights.start) * volume.point_count,
-                    padding: 0,
+                    prior: match records {
+                        Records::Exact(exact) => exact.prior[light as usize],
+                        Records::Visibility | Records::Path => 0.0,
+                    },
                 };
                 let run = gpu.uniform_of("light run", &run);
+                let (light_table, directions) = match records {
+                    Records::Exact(exact) => (&exact.lights, &exact.directions),
+                    Records::Visibility | Records::Path => (&lights.lights, &lights.directions),
+                };
                 let common = [
                     (0, &volume.grid),
                     (1, &volume.bricks),
                     (2, &volume.density),
                     (3, &volume.points),
                     (4, &volume.point_ends),
-                    (5, &lights.lights),
-                    (6, &lights.directions),
+                    (5, light_table),
+                    (6, directions),
                     (7, &run),
                 ];
                 let (kernel, own): (_, &[(u32, &wgpu::Buffer)]) = match records {
                     Records::Visibility => (
                         &self.visibility,
                         &[(8, &batch.visibility), (9, &volume.visibility_work.items)],
+                    ),
+                    Records::Exact(_) => (
+                        &self.visibility_exact,
+                        &[
+                            (8, &batch.visibility),
+                            (9, &volume.visibility_work.items),
+                            (10, &volume.first_share),
+                            (11, &volume.shares),
+                        ],
                     ),
                     Records::Path => (
                         &self.path,
@@ -421,11 +473,42 @@ impl Transmittance {
     }
 }
 
-/// Which of the two records a march writes.
+/// Which of the two records is written, and how.
 #[derive(Clone, Copy)]
-enum Records {
+enum Records<'a> {
     Visibility,
+    Exact(&'a ExactLights),
     Path,
+}
+
+/// Exact rays that the march through the voxels is worth, measured: its root mean square error is theirs.
+const MARCH_WORTH: f32 = 16.0;
+
+/// Rays per light above which the march has nothing to add.
+const REFERENCE_RAYS: u32 = 128;
+
+/// Weight of the marched record beside `count` rays, where `rays` were asked for.
+fn prior(rays: u32, count: u32) -> f32 {
+    if rays >= REFERENCE_RAYS {
+        return 0.0;
+    }
+    MARCH_WORTH / (MARCH_WORTH + count as f32)
+}
+
+impl ExactLights {
+    fn new(gpu: &Gpu, lights: &[SrbfLight], rays: u32) -> Result<Self, GpuError> {
+        let (frames, directions) = exact_tables(lights, rays);
+        Ok(Self {
+            rays,
+            prior: frames
+                .iter()
+                .map(|frame| prior(rays, frame.visibility_count))
+                .collect(),
+            total_rays: frames.iter().map(|frame| u64::from(frame.visibility_count)).sum(),
+            lights: gpu.storage_of("lights of exact rays", &frames)?,
+            directions: gpu.storage_of("directions of exact rays", &directions)?,
+        })
+    }
 }
 
 impl VolumeBuffers {
@@ -442,9 +525,11 @@ impl VolumeBuffers {
             })
             .collect();
         let mut ends = vec![0_u32; points.len()];
-        for strand in (0..strands.strand_count()).map(|strand| strands.strand(strand)) {
-            ends[strand.start] |= 1;
-            ends[strand.end - 1] |= 2;
+        for index in 0..strands.strand_count() {
+            let points = strands.strand(index);
+            ends[points.clone()].fill((index as u32) << 2);
+            ends[points.start] |= 1;
+            ends[points.end - 1] |= 2;
         }
         Ok(Self {
             grid: gpu.uniform_of("volume grid", &grid),

@@ -7,6 +7,9 @@ use super::{Gpu, GpuError, Kernel};
 /// The pass that fills work lists.
 pub struct Lister(Kernel);
 
+/// Done, where there is only one way to do it.
+pub const DONE: u32 = 1;
+
 impl Lister {
     /// Compiles the pass.
     ///
@@ -54,17 +57,26 @@ impl WorkList {
         }
     }
 
-    /// Fills the list with the stale items that `wanted` (u32 an item) does not hold a 0 for, counts them as done and returns their number.
+    /// Fills the list with the items that are done less well than `level` and that `wanted` (u32 an item) does not hold a 0 for, counts
+    /// them as done that well and returns their number.
     ///
     /// # Errors
     /// [`GpuError::Lost`].
-    pub fn collect(&self, gpu: &Gpu, lister: &Lister, wanted: &wgpu::Buffer) -> Result<u32, GpuError> {
+    pub fn collect(
+        &self,
+        gpu: &Gpu,
+        lister: &Lister,
+        wanted: &wgpu::Buffer,
+        level: u32,
+    ) -> Result<u32, GpuError> {
+        let level = gpu.uniform_of("level of work", &[level, 0, 0, 0]);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         encoder.clear_buffer(&self.items, 0, Some(4));
         gpu.queue.submit([encoder.finish()]);
-        let bound = lister
-            .0
-            .bind(gpu, &[(0, wanted), (1, &self.done), (2, &self.items)]);
+        let bound = lister.0.bind(
+            gpu,
+            &[(0, wanted), (1, &self.done), (2, &self.items), (3, &level)],
+        );
         lister.0.run(gpu, &bound, self.count);
         Ok(gpu.read::<u32>(&self.items, 1)?[0])
     }

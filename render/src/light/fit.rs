@@ -28,20 +28,20 @@ const ROWS: [usize; 2] = [32, 64];
 
 /// Steps of the mixture from a seed and from given lights, at the two resolutions.
 const COLD_STEPS: [usize; 2] = [20, 3];
-const WARM_STEPS: [usize; 2] = [3, 0];
+const WARM_STEPS: [usize; 2] = [0, 0];
 
 /// Refinement from a seed and from given lights; a changed map may have new suns, so that both can place lights anew.
 const COLD_REFINEMENT: Effort = Effort {
     before: 16,
-    swaps: 4,
+    swaps: 10,
     per_swap: 3,
-    after: 10,
+    after: 14,
 };
 const WARM_REFINEMENT: Effort = Effort {
-    before: 2,
-    swaps: 1,
+    before: 3,
+    swaps: 3,
     per_swap: 2,
-    after: 2,
+    after: 3,
 };
 
 /// What the fit minimises.
@@ -123,6 +123,57 @@ pub fn fit(map: &EnvironmentMap, settings: &FitSettings, progress: Progress) -> 
     let hair_error = probe
         .error_with_progress(&lights, &share(0.7, 1.0))
         .ok_or(FitError::Cancelled)?;
+    Ok(reported(map, lights, hair_error, seconds))
+}
+
+/// Counts that [`fit_to_error`] tries.
+const LADDER: [usize; 15] = [1, 2, 3, 5, 7, 10, 14, 20, 28, 40, 56, 80, 112, 160, 224];
+
+/// Fits as few lights as reach `target` (hair error, a fraction), at most `settings.count`; the report says whether they do.
+///
+/// Counts rise in steps of about the square root of two, so that an error is met with at most a third more lights than needed.
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_to_error(
+    map: &EnvironmentMap,
+    target: f64,
+    settings: &FitSettings,
+    progress: Progress,
+) -> Result<Fit, FitError> {
+    let most = settings.count;
+    let rungs: Vec<usize> = LADDER
+        .into_iter()
+        .filter(|count| *count < most)
+        .chain([most])
+        .collect();
+    // A fit's time grows with its count; each has half of the way that is left per rung.
+    let share = |from: f64, to: f64| move |done: f64| progress(from + (to - from) * done);
+    let probe =
+        HairProbe::with_progress(map, HairKernel::default(), &share(0.0, 0.2)).ok_or(FitError::Cancelled)?;
+    let (mut seconds, mut done) = (0.0, 0.2);
+    for count in rungs {
+        let end = done + 0.5 * (1.0 - done);
+        let start = Instant::now();
+        let lights = fit_lights(
+            map,
+            &FitSettings { count, ..*settings },
+            &share(done, 0.5 * (done + end)),
+        )?;
+        seconds += start.elapsed().as_secs_f64();
+        let hair_error = probe
+            .error_with_progress(&lights, &share(0.5 * (done + end), end))
+            .ok_or(FitError::Cancelled)?;
+        if hair_error <= target || count == most {
+            return Ok(reported(map, lights, hair_error, seconds));
+        }
+        done = end;
+    }
+    Err(FitError::Count(most))
+}
+
+/// The report of a fit whose hair error is known.
+fn reported(map: &EnvironmentMap, lights: LightSet, hair_error: f64, seconds: f64) -> Fit {
     let relative_l2 = relative_l2(map, &lights);
     let (fitted, wanted) = (lights.energy().to_array(), map.energy().to_array());
     let energy_error = std::array::from_fn(|c| {
@@ -132,13 +183,13 @@ pub fn fit(map: &EnvironmentMap, settings: &FitSettings, progress: Progress) -> 
             fitted[c] / wanted[c] - 1.0
         }
     });
-    Ok(Fit {
+    Fit {
         lights,
         hair_error,
         relative_l2,
         energy_error,
         seconds,
-    })
+    }
 }
 
 /// Fits lights to a map without the report, which takes longer than the fit: what an animated environment calls per step.

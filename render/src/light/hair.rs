@@ -123,6 +123,14 @@ impl<'a> HairProbe<'a> {
         self.rms(&self.radiance(lights))
     }
 
+    /// As [`HairProbe::error`] for any radiance over unit directions, also one that dips below zero.
+    pub fn error_of(&self, radiance: impl Fn(Vec3) -> Vec3 + Sync) -> f64 {
+        let map = &self.map;
+        let pixel = |index: usize| radiance(map.direction(index % map.width, index / map.width).as_vec3());
+        let pixels: Vec<Vec3> = (0..map.pixels.len()).into_par_iter().map(pixel).collect();
+        self.rms(&self.integrate_all(&pixels))
+    }
+
     /// As [`HairProbe::error`]; none where `progress` cancels.
     pub fn error_with_progress(&self, lights: &LightSet, progress: Progress) -> Option<f64> {
         let fitted = self.integrate(&lights.pixels(self.map.width, self.map.height), progress)?;

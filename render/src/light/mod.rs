@@ -5,12 +5,13 @@
 //!
 //! The way of a map: a file is read by `radiance_hdr` or `open_exr` and cleaned into an [`EnvironmentMap`]; [`fit()`] turns it
 //! into a [`LightSet`] (`cells` sums energy, `mixture` seeds by expectation maximisation, `refine` minimises the relative
-//! residual); [`HairProbe`] says what hair will see of the difference, and [`preview()`] what an eye will.
+//! residual); a [`Sequence`] does so frame after frame, each from the lights before. [`HairProbe`] says what hair will see of the difference, and [`preview()`] what an eye will.
 
 mod cells;
 mod error;
 mod fit;
 mod hair;
+mod harmonics;
 mod json;
 mod map;
 mod mixture;
@@ -20,6 +21,7 @@ mod preset;
 mod preview;
 mod radiance_hdr;
 mod refine;
+mod sequence;
 mod sight;
 mod srbf;
 
@@ -27,11 +29,13 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 pub use error::InputError;
-pub use fit::{Fit, FitError, FitSettings, MAX_LIGHTS, Objective, Progress, fit, fit_lights};
+pub use fit::{Fit, FitError, FitSettings, MAX_LIGHTS, Objective, Progress, fit, fit_lights, fit_to_error};
 pub use hair::{HairKernel, HairProbe};
+pub use harmonics::Harmonics;
 pub use map::{MAX_PIXELS, MapReport};
-pub use preset::GradientSky;
+pub use preset::{GradientSky, PRESETS, Preset};
 pub use preview::{Picture, preview};
+pub use sequence::{Playback, Playing, Sequence, frames};
 pub use srbf::{MAX_BANDWIDTH, luminance};
 
 /// One spherical radial basis function: radiance * exp(2 (w . direction - 1) / bandwidth^2), peak 1 (Xu 2011, Eq 1).

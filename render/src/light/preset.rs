@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::map::RawMap;
-use super::{EnvironmentMap, MapReport};
+use super::{EnvironmentMap, LightSet, MapReport, SrbfLight};
 
 /// A sky that grades from horizon to zenith, a ground below, and a sun.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,5 +75,84 @@ impl GradientSky {
             pixels,
             warnings: Vec::new(),
         })
+    }
+}
+
+/// An environment that has a name.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Preset {
+    /// A sky, to be fitted as a map.
+    Sky(GradientSky),
+    /// Lights as they stand.
+    Lights(LightSet),
+}
+
+/// The names that [`Preset::named`] knows.
+pub const PRESETS: [&str; 7] = [
+    "afternoon",
+    "noon",
+    "golden-hour",
+    "dusk",
+    "overcast",
+    "three-point",
+    "uniform",
+];
+
+impl Preset {
+    /// The preset of one of the names in [`PRESETS`].
+    pub fn named(name: &str) -> Option<Self> {
+        let sky = GradientSky::default();
+        Some(match name {
+            "afternoon" => Self::Sky(sky),
+            "noon" => Self::Sky(GradientSky {
+                zenith: Vec3::new(0.14, 0.32, 0.82),
+                horizon: Vec3::new(0.70, 0.85, 1.00),
+                sun_direction: Vec3::new(-0.15, 0.95, 0.27).normalize(),
+                sun_irradiance: Vec3::new(5.2, 5.0, 4.6),
+                ..sky
+            }),
+            "golden-hour" => Self::Sky(GradientSky {
+                zenith: Vec3::new(0.16, 0.24, 0.46),
+                horizon: Vec3::new(1.00, 0.62, 0.30),
+                ground: Vec3::new(0.18, 0.13, 0.09),
+                sun_direction: Vec3::new(-0.80, 0.16, -0.58).normalize(),
+                sun_irradiance: Vec3::new(4.6, 2.4, 0.8),
+                ..sky
+            }),
+            "dusk" => Self::Sky(GradientSky {
+                zenith: Vec3::new(0.05, 0.08, 0.20),
+                horizon: Vec3::new(0.42, 0.26, 0.30),
+                ground: Vec3::new(0.04, 0.04, 0.05),
+                sun_irradiance: Vec3::ZERO,
+                ..sky
+            }),
+            "overcast" => Self::Sky(GradientSky {
+                zenith: Vec3::new(1.00, 1.02, 1.06),
+                horizon: Vec3::new(0.48, 0.50, 0.53),
+                ground: Vec3::new(0.15, 0.14, 0.13),
+                sun_irradiance: Vec3::ZERO,
+                ..sky
+            }),
+            "three-point" => Self::Lights(three_point()),
+            "uniform" => Self::Lights(LightSet::uniform(Vec3::ONE)),
+            _ => return None,
+        })
+    }
+}
+
+/// A studio: warm key from the upper left, wide fill from the right, cool rim from behind, for a camera that looks along -z.
+fn three_point() -> LightSet {
+    let light = |direction: Vec3, bandwidth, radiance| SrbfLight {
+        direction: direction.normalize(),
+        bandwidth,
+        radiance,
+    };
+    LightSet {
+        lights: vec![
+            light(Vec3::new(-0.70, 0.60, 0.75), 0.35, Vec3::new(6.5, 6.0, 5.3)),
+            light(Vec3::new(0.85, 0.20, 0.70), 0.60, Vec3::new(0.65, 0.70, 0.80)),
+            light(Vec3::new(0.45, 0.65, -0.90), 0.30, Vec3::new(5.2, 5.8, 6.8)),
+        ],
+        constant: Vec3::splat(0.03),
     }
 }

@@ -4,13 +4,13 @@
 //! brightness: hair sees light through lobes at least that wide and is judged relative to its own radiance. Energies are the
 //! solution of a non-negative linear problem at every step; centres and concentrations are what the loop moves.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::mixture::{Lobe, concentration, peak, resultant_length, resultant_slope};
 use super::nnls::{self, Solution};
-use super::sight::{NEGLIGIBLE, POINTS_PER_TASK, Target};
+use super::sight::{PATCH, Patch, Target, decay};
 
 /// A lobe of unit integral after the blur, at concentration kappa'.
 struct Blurred {
@@ -39,16 +39,18 @@ impl Blurred {
         }
     }
 
-    /// Value at `x`, and the factor of its derivative by ln kappa.
-    #[inline]
-    fn value(&self, x: DVec3) -> (f64, f64) {
-        let exponent = self.kappa * (self.direction.dot(x) - 1.0);
-        if exponent < NEGLIGIBLE {
-            return (0.0, 0.0);
+    /// Values at the points of a patch, times `weights`; none where they are negligible.
+    fn values(&self, patch: &Patch, weights: &[f32]) -> Option<[f32; PATCH]> {
+        let (direction, kappa) = (self.direction.as_vec3(), self.kappa as f32);
+        if !patch.sees(direction, patch.horizon(kappa)) {
+            return None;
         }
-        // d ln C / d ln kappa = 1 - 2 kappa / (exp(2 kappa) - 1).
-        let by_peak = 1.0 - 2.0 * self.kappa / (2.0 * self.kappa).min(700.0).exp_m1();
-        (self.peak * exponent.exp(), (exponent + by_peak) * self.slope)
+        let peak = self.peak as f32;
+        let mut values = patch.cosines(direction);
+        for (value, weight) in values.iter_mut().zip(weights) {
+            *value = peak * weight * decay(kappa * *value);
+        }
+        Some(values)
     }
 }
 
@@ -77,45 +79,75 @@ const BIRTH_STRIDE: usize = 3;
 /// Derivatives per lobe: along both tangents (radians) and by ln kappa.
 const MOVES: usize = 3;
 
-/// Values (and derivatives) of the blurred lobes at some points, one column a point, weighted.
-fn columns(target: &Target, range: std::ops::Range<usize>, blurred: &[Blurred]) -> DMatrix<f64> {
-    let count = blurred.len();
-    let mut z = DMatrix::zeros(count * (1 + MOVES), range.len());
-    for (mut column, i) in z.column_iter_mut().zip(range) {
-        let (x, weight) = (target.points[i], target.weights[i]);
-        for (k, lobe) in blurred.iter().enumerate() {
-            let (value, by_ln_kappa) = lobe.value(x);
-            if value == 0.0 {
-                continue;
-            }
-            let value = value * weight;
-            column[k] = value;
-            let row = count + MOVES * k;
-            column[row] = value * lobe.kappa * lobe.tangents[0].dot(x);
-            column[row + 1] = value * lobe.kappa * lobe.tangents[1].dot(x);
-            column[row + 2] = value * by_ln_kappa;
+/// Those of the lobes that reach a patch, with their values and derivatives there, a column each.
+fn columns(patch: &Patch, weights: &[f32], blurred: &[Blurred]) -> (Vec<usize>, DMatrix<f64>) {
+    let (lobes, values): (Vec<usize>, Vec<[f32; PATCH]>) = blurred
+        .iter()
+        .enumerate()
+        .filter_map(|(k, lobe)| lobe.values(patch, weights).map(|values| (k, values)))
+        .unzip();
+    let mut z = DMatrix::zeros(PATCH, lobes.len() * (1 + MOVES));
+    let mut fill = |column: usize, values: &[f32; PATCH], factors: &[f32; PATCH]| {
+        for ((z, value), factor) in z.column_mut(column).iter_mut().zip(values).zip(factors) {
+            *z = f64::from(value * factor);
         }
+    };
+    for (j, (k, values)) in lobes.iter().zip(&values).enumerate() {
+        let lobe = &blurred[*k];
+        let kappa = lobe.kappa as f32;
+        fill(j, values, &[1.0; PATCH]);
+
+        // d/dt of kappa (d . x - 1) is kappa t . x.
+        let first = lobes.len() + MOVES * j;
+        for (side, tangent) in lobe.tangents.iter().enumerate() {
+            let factors = patch
+                .cosines(tangent.as_vec3())
+                .map(|cosine| kappa * (cosine + 1.0));
+            fill(first + side, values, &factors);
+        }
+
+        // d ln C / d ln kappa = 1 - 2 kappa / (exp(2 kappa) - 1).
+        let by_peak = (1.0 - 2.0 * lobe.kappa / (2.0 * lobe.kappa).min(700.0).exp_m1()) as f32;
+        let slope = lobe.slope as f32;
+        let factors = patch
+            .cosines(lobe.direction.as_vec3())
+            .map(|cosine| (kappa * cosine + by_peak) * slope);
+        fill(first + 2, values, &factors);
     }
-    z
+    (lobes, z)
 }
 
 impl Products {
     fn new(target: &Target, blurred: &[Blurred]) -> Self {
-        let starts: Vec<usize> = (0..target.points.len()).step_by(POINTS_PER_TASK).collect();
-        let part = |start: &usize| {
-            let z = columns(target, *start..*start + POINTS_PER_TASK, blurred);
-            let zy = &z * target.values.rows(*start, POINTS_PER_TASK);
-            (&z * z.transpose(), zy)
+        let part = |(index, patch): (usize, &Patch)| {
+            let weights = &target.weights[index * PATCH..][..PATCH];
+            let (lobes, z) = columns(patch, weights, blurred);
+            let transposed = z.transpose();
+            let zy = &transposed * target.values.rows(index * PATCH, PATCH);
+            (lobes, transposed * z, zy)
         };
-        let parts: Vec<(DMatrix<f64>, DMatrix<f64>)> = starts.par_iter().map(part).collect();
+        let parts: Vec<_> = target.patches.par_iter().enumerate().map(part).collect();
+
+        // Patches are added one after the other, so that sums do not depend on the number of threads.
         let size = blurred.len() * (1 + MOVES);
         let mut sum = Self {
             zz: DMatrix::zeros(size, size),
             zy: DMatrix::zeros(size, 3),
         };
-        for (zz, zy) in parts {
-            sum.zz += zz;
-            sum.zy += zy;
+        for (lobes, zz, zy) in parts {
+            let moves = lobes
+                .iter()
+                .flat_map(|k| (0..MOVES).map(move |p| blurred.len() + MOVES * k + p));
+            let place: Vec<usize> = lobes.iter().copied().chain(moves).collect();
+            for (q, to) in place.iter().enumerate() {
+                let mut column = sum.zz.column_mut(*to);
+                for (p, to) in place.iter().enumerate() {
+                    column[*to] += zz[(p, q)];
+                }
+                for c in 0..3 {
+                    sum.zy[(*to, c)] += zy[(q, c)];
+                }
+            }
         }
         sum
     }
@@ -312,40 +344,60 @@ fn swapped(target: &Target, state: &State) -> Vec<Lobe> {
     };
     let gain = |x: &DVec3| {
         let lobe = Blurred::new(&born(*x), target.blur);
-        let (mut correlation, mut norm) = (DVec3::ZERO, 0.0);
-        for ((point, weight), residual) in target.points.iter().zip(&target.weights).zip(&residual) {
-            let value = lobe.value(*point).0 * weight;
-            correlation += *residual * value;
-            norm += value * value;
+        let (mut correlation, mut norm) = (Vec3::ZERO, 0.0);
+        for (index, patch) in target.patches.iter().enumerate() {
+            let points = index * PATCH..(index + 1) * PATCH;
+            let Some(values) = lobe.values(patch, &target.weights[points.clone()]) else {
+                continue;
+            };
+            for (value, residual) in values.iter().zip(&residual[points]) {
+                correlation += *residual * *value;
+                norm += value * value;
+            }
         }
-        correlation.max(DVec3::ZERO).length_squared() / norm
+        f64::from(correlation.max(Vec3::ZERO).length_squared() / norm)
     };
-    let candidates: Vec<&DVec3> = target.points.iter().step_by(BIRTH_STRIDE).collect();
-    let gains: Vec<f64> = candidates.par_iter().map(|x| gain(x)).collect();
+    let candidates: Vec<DVec3> = target.patches.iter().flat_map(candidates).collect();
+    let gains: Vec<f64> = candidates.par_iter().map(gain).collect();
     let best = (0..gains.len())
         .max_by(|i, j| gains[*i].total_cmp(&gains[*j]))
         .unwrap_or(0);
 
     let mut lobes = state.lobes.clone();
-    lobes[weakest] = born(*candidates[best]);
+    lobes[weakest] = born(candidates[best]);
     lobes
+}
+
+/// The points of a patch that are tried as the place of a birth.
+fn candidates(patch: &Patch) -> impl Iterator<Item = DVec3> {
+    let point = |i| {
+        Vec3::new(patch.x[i], patch.y[i], patch.z[i])
+            .as_dvec3()
+            .normalize()
+    };
+    (0..PATCH).step_by(BIRTH_STRIDE).map(point)
 }
 
 impl Target {
     /// Weighted difference of map and lobes at the points, rgb.
-    fn residual(&self, lobes: &[Lobe]) -> Vec<DVec3> {
-        let blurred: Vec<(Blurred, DVec3)> = lobes
+    fn residual(&self, lobes: &[Lobe]) -> Vec<Vec3> {
+        let blurred: Vec<(Blurred, Vec3)> = lobes
             .iter()
-            .map(|lobe| (Blurred::new(lobe, self.blur), lobe.energy))
+            .map(|lobe| (Blurred::new(lobe, self.blur), lobe.energy.as_vec3()))
             .collect();
-        let at = |i: usize| {
-            let fitted: DVec3 = blurred
-                .iter()
-                .map(|(lobe, energy)| *energy * lobe.value(self.points[i]).0)
-                .sum();
-            let wanted = DVec3::new(self.values[(i, 0)], self.values[(i, 1)], self.values[(i, 2)]);
-            wanted - fitted * self.weights[i]
+        let at = |(index, patch): (usize, &Patch)| {
+            let points = index * PATCH..(index + 1) * PATCH;
+            let wanted = |i: usize| DVec3::from_array(std::array::from_fn(|c| self.values[(i, c)])).as_vec3();
+            let mut residual: Vec<Vec3> = points.clone().map(wanted).collect();
+            for (lobe, energy) in &blurred {
+                let values = lobe.values(patch, &self.weights[points.clone()]);
+                for (residual, value) in residual.iter_mut().zip(values.iter().flatten()) {
+                    *residual -= *energy * *value;
+                }
+            }
+            residual
         };
-        (0..self.points.len()).into_par_iter().map(at).collect()
+        let parts: Vec<Vec<Vec3>> = self.patches.par_iter().enumerate().map(at).collect();
+        parts.concat()
     }
 }

@@ -2,21 +2,22 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::cells::Cell;
+use super::luminance;
 use super::mixture::peak;
 
-/// Points that one task takes; fixed, so that sums do not depend on the number of threads.
-pub(super) const POINTS_PER_TASK: usize = 192;
+/// Points of a patch.
+pub(super) const PATCH: usize = 96;
 
 /// Weight of the relative error of the whole map's energy beside the RMS of the residual.
 const ENERGY_WEIGHT: f64 = 3.0;
 
 /// Exponent below which a lobe counts as zero.
-pub(super) const NEGLIGIBLE: f64 = -30.0;
+const NEGLIGIBLE: f64 = -16.0;
 
 /// How finely the map is looked at, and whether relative to its surroundings.
 #[derive(Clone, Copy, Debug)]
@@ -25,9 +26,9 @@ pub(super) struct Sight {
     pub blur: f64,
     /// Bandwidth of the blur whose luminance the residual is relative to, radians; none for plain least squares.
     pub surround: Option<f64>,
-    /// Points at which the residual is taken, a multiple of [`POINTS_PER_TASK`]; their distance should be about half the
-    /// blur's standard deviation.
-    pub points: usize,
+    /// Bands and sectors of the sphere, each a [`Patch`]; the distance of the points should be about half the blur's
+    /// standard deviation.
+    pub divisions: usize,
 }
 
 impl Sight {
@@ -35,29 +36,85 @@ impl Sight {
     pub const HAIR: Self = Self {
         blur: 0.2,
         surround: Some(0.5),
-        points: 8 * POINTS_PER_TASK,
+        divisions: 4,
     };
     /// Plain least squares, as fine as a loop over points affords.
     pub const L2: Self = Self {
         blur: 0.06,
         surround: None,
-        points: 32 * POINTS_PER_TASK,
+        divisions: 8,
     };
 }
 
 /// Brightness below which a place counts as this bright, relative to the mean of the map.
-const FLOOR: f64 = 1e-3;
+const FLOOR: f32 = 1e-3;
+
+/// Neighbouring points on the sphere, coordinate by coordinate, so that loops over them vectorise.
+pub(super) struct Patch {
+    pub x: [f32; PATCH],
+    pub y: [f32; PATCH],
+    pub z: [f32; PATCH],
+    centre: Vec3,
+    /// Angle from the centre to the farthest point, radians.
+    radius: f32,
+}
+
+impl Patch {
+    fn new(points: &[DVec3]) -> Self {
+        let centre = points.iter().sum::<DVec3>().normalize();
+        let radius = points
+            .iter()
+            .map(|point| centre.angle_between(*point))
+            .fold(0.0, f64::max);
+        Self {
+            x: std::array::from_fn(|i| points[i].x as f32),
+            y: std::array::from_fn(|i| points[i].y as f32),
+            z: std::array::from_fn(|i| points[i].z as f32),
+            centre: centre.as_vec3(),
+            radius: radius as f32,
+        }
+    }
+
+    /// Cosine from the centre below which a lobe of concentration kappa is negligible at every point.
+    pub fn horizon(&self, kappa: f32) -> f32 {
+        let reach = (1.0 + NEGLIGIBLE as f32 / kappa).max(-1.0).acos() + self.radius;
+        reach.min(PI as f32).cos()
+    }
+
+    /// Whether a lobe around `direction` reaches above the [`Patch::horizon`] of its concentration.
+    pub fn sees(&self, direction: Vec3, horizon: f32) -> bool {
+        self.centre.dot(direction) >= horizon
+    }
+
+    /// w . d - 1 at every point w.
+    pub fn cosines(&self, d: Vec3) -> [f32; PATCH] {
+        std::array::from_fn(|i| self.x[i] * d.x + self.y[i] * d.y + self.z[i] * d.z - 1.0)
+    }
+}
+
+/// exp(x) of x <= 0 to 3e-7, without branches, so that loops over it vectorise; 1e-35 for what is smaller.
+#[inline]
+pub(super) fn decay(x: f32) -> f32 {
+    // Adding 1.5 2^23 rounds to an integer, which is left in the low bits.
+    const ROUND: f32 = 12_582_912.0;
+    let x = x.max(-80.0);
+    let rounded = x * std::f32::consts::LOG2_E + ROUND;
+    let rest = x - (rounded - ROUND) * std::f32::consts::LN_2;
+    let taylor = [1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0, 1.0];
+    let value = taylor.iter().fold(0.0, |sum, term| sum * rest + term);
+    value * f32::from_bits((rounded.to_bits() << 23).wrapping_add(127 << 23))
+}
 
 /// The blurred map at the points, and the weights of the residual there.
 pub(super) struct Target {
     /// Bandwidth of the blur, radians.
     pub blur: f64,
-    /// Unit vectors.
-    pub points: Vec<DVec3>,
+    /// The points, [`PATCH`] of them each.
+    pub patches: Vec<Patch>,
     /// Weighted values of the blurred map, rgb after each other in columns.
     pub values: DMatrix<f64>,
     /// Weight of the residual at every point.
-    pub weights: Vec<f64>,
+    pub weights: Vec<f32>,
     /// Integral of the map, rgb, times the weight of the energy row.
     pub energy: DVec3,
     /// Weight of the row that holds the whole map's energy.
@@ -72,33 +129,44 @@ impl Target {
         if mass <= 0.0 {
             return None;
         }
-        let points = sphere_points(sight.points);
-        let sources: Vec<_> = cells
-            .iter()
-            .map(|cell| (cell.mean.normalize_or_zero(), cell.energy))
-            .collect();
-        let blurred = spread(&points, &sources, sight.blur);
+        let patches = patches(sight.divisions);
+        let count = patches.len() * PATCH;
 
-        // Equal solid angles make the sum over points a mean over the sphere.
+        // Relative to the mean, so that no radiance is out of range in single precision; equal solid angles make the sum over
+        // points a mean over the sphere.
         let mean = mass / (4.0 * PI);
-        let share = (sight.points as f64).sqrt();
-        let weights = match sight.surround {
-            None => vec![1.0 / (mean * share); sight.points],
+        let sources: Vec<(Vec3, Vec3)> = cells
+            .iter()
+            .map(|cell| {
+                (
+                    cell.mean.normalize_or_zero().as_vec3(),
+                    (cell.energy / mean).as_vec3(),
+                )
+            })
+            .collect();
+        let blurred = spread(&patches, &sources, sight.blur);
+        let share = (count as f64).sqrt() as f32;
+        let weights: Vec<f32> = match sight.surround {
+            None => vec![1.0 / share; count],
             Some(surround) => {
                 // The rest of the way from the narrow to the wide blur starts from the points themselves.
                 let rest = (surround * surround - sight.blur * sight.blur).sqrt();
-                let solid_angle = 4.0 * PI / sight.points as f64;
-                let sources: Vec<_> = points
+                let solid_angle = (4.0 * PI / count as f64) as f32;
+                let point = |i: usize| {
+                    let (patch, i) = (&patches[i / PATCH], i % PATCH);
+                    Vec3::new(patch.x[i], patch.y[i], patch.z[i])
+                };
+                let sources: Vec<(Vec3, Vec3)> = blurred
                     .iter()
-                    .zip(&blurred)
-                    .map(|(x, rgb)| (*x, *rgb * solid_angle))
+                    .enumerate()
+                    .map(|(i, rgb)| (point(i), *rgb * solid_angle))
                     .collect();
-                let luminance = DVec3::new(0.2126, 0.7152, 0.0722);
-                let weight = |rgb: &DVec3| 1.0 / ((rgb.dot(luminance) + FLOOR * mean) * share);
-                spread(&points, &sources, rest).iter().map(weight).collect()
+                let weight = |rgb: &Vec3| 1.0 / ((luminance(*rgb) + FLOOR) * share);
+                spread(&patches, &sources, rest).iter().map(weight).collect()
             }
         };
-        let values = DMatrix::from_fn(sight.points, 3, |i, c| blurred[i][c] * weights[i]);
+        let values = DMatrix::from_fn(count, 3, |i, c| f64::from(blurred[i][c] * weights[i]));
+        let weights = weights.iter().map(|weight| weight / mean as f32).collect();
         let energy_weight = if sight.surround.is_some() {
             ENERGY_WEIGHT / mass
         } else {
@@ -106,7 +174,7 @@ impl Target {
         };
         Some(Self {
             blur: sight.blur,
-            points,
+            patches,
             values,
             weights,
             energy: total * energy_weight,
@@ -115,30 +183,49 @@ impl Target {
     }
 }
 
-/// Points spread evenly over the sphere (a Fibonacci spiral), each with the same solid angle.
-fn sphere_points(count: usize) -> Vec<DVec3> {
+/// Points spread evenly over the sphere (a Fibonacci spiral), each with the same solid angle, as `divisions` sectors of as many bands.
+fn patches(divisions: usize) -> Vec<Patch> {
+    let count = divisions * divisions * PATCH;
     let golden = PI * (3.0 - 5.0_f64.sqrt());
     let point = |i: usize| {
         let y = 1.0 - (2.0 * i as f64 + 1.0) / count as f64;
-        let (sin, cos) = (golden * i as f64).sin_cos();
+        let azimuth = (golden * i as f64) % (2.0 * PI);
         let radius = (1.0 - y * y).sqrt();
-        DVec3::new(radius * sin, y, radius * cos)
+        (
+            azimuth,
+            DVec3::new(radius * azimuth.sin(), y, radius * azimuth.cos()),
+        )
     };
-    (0..count).map(point).collect()
+    let mut points: Vec<(f64, DVec3)> = (0..count).map(point).collect();
+    for band in points.chunks_mut(divisions * PATCH) {
+        band.sort_by(|a, b| a.0.total_cmp(&b.0));
+    }
+    let points: Vec<DVec3> = points.into_iter().map(|(_, point)| point).collect();
+    points.chunks(PATCH).map(Patch::new).collect()
 }
 
 /// Sum of point-like energies, each spread by an SRBF of the given bandwidth, at every point.
-fn spread(points: &[DVec3], sources: &[(DVec3, DVec3)], bandwidth: f64) -> Vec<DVec3> {
+fn spread(patches: &[Patch], sources: &[(Vec3, Vec3)], bandwidth: f64) -> Vec<Vec3> {
     let kappa = 2.0 / (bandwidth * bandwidth);
-    let at = |x: &DVec3| {
-        let mut sum = DVec3::ZERO;
+    let (kappa, peak) = (kappa as f32, peak(kappa) as f32);
+    let at = |patch: &Patch| {
+        let horizon = patch.horizon(kappa);
+        let mut sums = [[0.0_f32; PATCH]; 3];
         for (direction, energy) in sources {
-            let exponent = kappa * (direction.dot(*x) - 1.0);
-            if exponent > NEGLIGIBLE / 2.0 {
-                sum += *energy * exponent.exp();
+            if !patch.sees(*direction, horizon) {
+                continue;
+            }
+            let values = patch.cosines(*direction).map(|cosine| decay(kappa * cosine));
+            for (sum, energy) in sums.iter_mut().zip((*energy * peak).to_array()) {
+                for (sum, value) in sum.iter_mut().zip(&values) {
+                    *sum += energy * value;
+                }
             }
         }
-        sum * peak(kappa)
+        (0..PATCH)
+            .map(|i| Vec3::new(sums[0][i], sums[1][i], sums[2][i]))
+            .collect::<Vec<Vec3>>()
     };
-    points.par_iter().map(at).collect()
+    let blurred: Vec<Vec<Vec3>> = patches.par_iter().map(at).collect();
+    blurred.concat()
 }

@@ -11,6 +11,9 @@ use crate::light::SrbfLight;
 /// How many observations of "no slope" the linear fit starts from.
 const PSEUDO_OBSERVATIONS: f64 = 3.0;
 
+/// Directions above which the fit needs no such observations.
+const ENOUGH_DIRECTIONS: usize = 8;
+
 /// Widest light, in bandwidth, that one direction stands for.
 pub const ONE_DIRECTION_BANDWIDTH: f32 = 0.2;
 
@@ -129,8 +132,31 @@ pub fn frame(axis: Vec3) -> (Vec3, Vec3) {
     axis.any_orthonormal_pair()
 }
 
-/// Frames and directions of all lights.
+/// Frames and directions of all lights, for marches through voxels.
 pub fn lobe_tables(lights: &[SrbfLight]) -> (Vec<LobeLight>, Vec<LobeDirection>) {
+    tables(lights, |light, is_weak| {
+        if is_weak {
+            (1, 1)
+        } else {
+            (visibility_count(light.bandwidth), path_count(light.bandwidth))
+        }
+    })
+}
+
+/// Frames and directions of all lights, for `rays` exact rays to a light, a quarter of them to a weak one. Exact rays see a fibre or none, so
+/// even the narrowest light wants many. No directions for multiple scattering.
+pub fn exact_tables(lights: &[SrbfLight], rays: u32) -> (Vec<LobeLight>, Vec<LobeDirection>) {
+    tables(lights, |_, is_weak| {
+        let share = if is_weak { 4 } else { 1 };
+        ((rays / share).max(1) as usize, 0)
+    })
+}
+
+/// Frames and directions of all lights; `counts` says how many directions a light, weak or not, gets for visibility and for multiple scattering.
+fn tables(
+    lights: &[SrbfLight],
+    counts: impl Fn(&SrbfLight, bool) -> (usize, usize),
+) -> (Vec<LobeLight>, Vec<LobeDirection>) {
     let mut table = Vec::new();
     let least_power = ONE_DIRECTION_SHARE * lights.iter().map(power).sum::<f64>();
     let frames = lights
@@ -138,11 +164,7 @@ pub fn lobe_tables(lights: &[SrbfLight]) -> (Vec<LobeLight>, Vec<LobeDirection>)
         .map(|light| {
             let axis = light.direction.normalize();
             let (tangent, bitangent) = frame(axis);
-            let (visibility, path) = if power(light) < least_power {
-                (1, 1)
-            } else {
-                (visibility_count(light.bandwidth), path_count(light.bandwidth))
-            };
+            let (visibility, path) = counts(light, power(light) < least_power);
             let first_visibility = table.len() as u32;
             table.extend(fitted_directions(light.bandwidth, visibility));
             let first_path = table.len() as u32;
@@ -166,7 +188,7 @@ pub fn lobe_tables(lights: &[SrbfLight]) -> (Vec<LobeLight>, Vec<LobeDirection>)
 
 /// The directions of one light with their weights in the linear fit.
 ///
-/// The fit minimises sum (T_i - a - b . d_i)^2 + m b^T C b over a and b, with d_i = w_i - A w_j, C the lobe's covariance and m = 3 pseudo-observations. It is
+/// The fit minimises sum (T_i - a - b . d_i)^2 + m b^T C b over a and b, with d_i = w_i - A w_j, C the lobe's covariance and m = 3 pseudo-observations up to eight directions. It is
 /// linear in the T_i, so a and b are fixed weights times transmittances.
 fn fitted_directions(bandwidth: f32, count: usize) -> Vec<LobeDirection> {
     let locals = directions(bandwidth, count);
@@ -178,7 +200,13 @@ fn fitted_directions(bandwidth: f32, count: usize) -> Vec<LobeDirection> {
     let kappa = 2.0 / f64::from(bandwidth).powi(2);
     let across = mean_axis.z / kappa;
     let along = (1.0 - 2.0 * across - mean_axis.z.powi(2)).max(1e-3 * across);
-    let prior = DMat3::from_diagonal(DVec3::new(across, across, along)) * PSEUDO_OBSERVATIONS;
+    // With enough directions a trace of it keeps the normal matrix regular.
+    let observations = if count > ENOUGH_DIRECTIONS {
+        1e-2
+    } else {
+        PSEUDO_OBSERVATIONS
+    };
+    let prior = DMat3::from_diagonal(DVec3::new(across, across, along)) * observations;
     let normal = offsets.iter().fold(prior, |sum, d| {
         let d = *d - centre;
         sum + DMat3::from_cols(d * d.x, d * d.y, d * d.z)

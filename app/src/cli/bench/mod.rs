@@ -1,5 +1,7 @@
 //! `balayage bench`: run time against error, one file a benchmark. Times compare what one run on one machine measured.
 
+mod end_to_end;
+mod lights;
 mod methods;
 mod plot;
 mod report;
@@ -20,6 +22,8 @@ pub(super) struct BenchArgs {
 enum Bench {
     /// Single scattering: schemes and quality levels against the float64 reference.
     Scatter(scatter::ScatterArgs),
+    /// Environment maps: hair error of SRBF lights and of spherical harmonics.
+    Lights(lights::LightsArgs),
     /// Edges of every range and poison values through the scattering shaders.
     Stress(stress::StressArgs),
 }
@@ -27,6 +31,7 @@ enum Bench {
 pub(super) fn run(args: &BenchArgs, console: &mut Console<'_>) -> Result<(), CliError> {
     match &args.what {
         Bench::Scatter(args) => scatter::run(args, console),
+        Bench::Lights(args) => lights::run(args, console),
         Bench::Stress(args) => stress::run(args, console),
     }
 }

@@ -5,7 +5,7 @@ mod reference;
 
 use std::io::{self, BufRead, Write};
 
-use balayage_render::gpu::{Gpu, GpuError};
+use balayage_render::gpu::{Gpu, GpuError, Scheme};
 use balayage_render::optics::{Direction, Fibre, OpticsError, Rgb, SrbfLight};
 use clap::{Args, ValueEnum};
 use serde::Deserialize;
@@ -149,7 +149,7 @@ pub fn run(
     match arguments.backend {
         Backend::Reference => answer_all(&reference::Reference, input, output),
         Backend::Gpu => {
-            let gpu = gpu::OnGpu::new(Gpu::headless()?, arguments.method.method());
+            let gpu = gpu::OnGpu::new(Gpu::headless()?, arguments.method.method(Scheme::default()));
             answer_all(&gpu, input, output)
         }
     }
