@@ -291,6 +291,51 @@ fn convert_keeps_the_strands() {
     assert_eq!(positions("tuft.hair"), positions("again.hair"));
 }
 
+/// The salon operations of the samples: by command, by edits and after reopening the same bits; `check` counts them.
+#[test]
+fn salon_operations_by_command_equal_those_by_edits() {
+    let folder = folder();
+    let at = |file: &str| name(folder.path(), file);
+    let strokes = balayage_tests::repository("projects/strokes/salon.json");
+    let strokes = strokes.to_str().unwrap();
+    assert_eq!(json(&["check", strokes])["operations"], 4);
+    let groom = balayage_tests::repository("projects/grooms/wavy-bob.hair");
+    json(&[
+        "paint",
+        groom.to_str().unwrap(),
+        "--strokes",
+        strokes,
+        "-o",
+        &at("salon.json"),
+    ]);
+    let painted = Document::open(Path::new(&at("salon.json")), None)
+        .unwrap()
+        .document;
+
+    let mut document = Document::open(&groom, None).unwrap().document;
+    for layer in ["balayage", "grey"] {
+        document
+            .apply(Edit::AddLayer(Layer::new(layer, layer), usize::MAX))
+            .unwrap();
+    }
+    for operation in StrokeFile::parse(&fs::read_to_string(strokes).unwrap())
+        .unwrap()
+        .operations
+    {
+        document.apply(Edit::Stroke(operation)).unwrap();
+    }
+    assert!(document.params() == painted.params());
+    let unpainted = document.unpainted_params();
+    let share = document
+        .params()
+        .iter()
+        .zip(&unpainted)
+        .filter(|(a, b)| a != b)
+        .count() as f64
+        / unpainted.len() as f64;
+    assert!((0.2..0.95).contains(&share), "{share}");
+}
+
 /// A painted project renders to PNG and EXR; the EXR shows where the dye went, a turntable numbers its frames.
 #[test]
 fn render_writes_what_was_painted() {

@@ -3,7 +3,7 @@
 use balayage_render::gpu::{Camera, FrameReport, Gpu, RenderSettings, Renderer};
 use balayage_render::groom::{DEFAULT_MAX_TURN_RAD, Groom, RefinedGroom};
 use balayage_render::light::{LightSet, SrbfLight};
-use balayage_render::param::{PigmentSet, PointValues, VertexParams};
+use balayage_render::param::{LobeRatios, PigmentSet, PointValues, VertexParams};
 use glam::{Mat4, Vec3};
 
 const SIZE: [u32; 2] = [64, 64];
@@ -51,7 +51,10 @@ fn renderer(gpu: &Gpu, groom: &Groom) -> Renderer {
 }
 
 fn plain(groom: &Groom) -> Vec<VertexParams> {
-    vec![PointValues::default().vertex_params(PigmentSet::default()); groom.point_count()]
+    vec![
+        PointValues::default().vertex_params(PigmentSet::default(), &LobeRatios::default());
+        groom.point_count()
+    ]
 }
 
 /// The front row's strand 3, and one in the last row, dyed.

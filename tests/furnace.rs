@@ -4,7 +4,7 @@ use balayage_render::gpu::{Camera, Gpu, Method, Model, RenderSettings, Renderer,
 use balayage_render::groom::Groom;
 use balayage_render::light::LightSet;
 use balayage_render::optics;
-use balayage_render::param::{LobeRatios, VertexParams};
+use balayage_render::param::VertexParams;
 use glam::Vec3;
 
 /// One straight strand along x of 40 points, thick enough to be seen.
@@ -30,11 +30,8 @@ fn a_white_strand_in_a_white_world_sends_out_the_energy_of_its_lobes() {
         azimuthal_width: 0.2,
         eta: 1.55,
         eccentricity: 1.0,
-    };
-    let ratios = LobeRatios {
-        beta_tt: 0.75,
-        beta_trt: 1.5,
-        ..LobeRatios::default()
+        alpha_ratios: [-0.5, -1.5],
+        beta_ratios: [0.75, 1.5],
     };
     let beta = f64::from(params.beta_rad);
     let alpha = f64::from(params.alpha_rad);
@@ -49,7 +46,6 @@ fn a_white_strand_in_a_white_world_sends_out_the_energy_of_its_lobes() {
     let groom = straight_strand();
     let mut renderer = Renderer::new(&Gpu::headless().unwrap()).unwrap();
     renderer.set_groom(&groom, None).unwrap();
-    renderer.set_ratios(ratios);
     renderer
         .set_params(&vec![params; groom.point_count()], &[])
         .unwrap();
@@ -110,6 +106,8 @@ fn a_white_strand_of_deon_is_as_bright_as_its_world() {
         azimuthal_width: 0.2,
         eta: 1.55,
         eccentricity: 1.0,
+        alpha_ratios: [-0.5, -1.5],
+        beta_ratios: [0.5, 2.0],
     };
     let groom = straight_strand();
     let mut renderer = Renderer::new(&Gpu::headless().unwrap()).unwrap();

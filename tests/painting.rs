@@ -68,6 +68,11 @@ fn operation(channel: Channel, mode: Mode, value: StrokeValue, dabs: Vec<Dab>) -
         falloff: Falloff::Smooth,
         reach: Reach::Surface,
         arc_reach: None,
+        arc_range: None,
+        shape: None,
+        hidden: false,
+        flow: 1.0,
+        across: 0.0,
         seed: 0,
         dabs,
         extra: Extra::new(),
@@ -269,11 +274,12 @@ fn dirty_ranges_name_exactly_what_changed() {
     );
     let changes = document.apply(Edit::Stroke(stroke)).unwrap();
     let after = bits(document.params());
+    const WORDS: usize = size_of::<VertexParams>() / 4;
     let changed = (0..document.groom().point_count() as u32)
-        .filter(|p| (0..8).any(|i| before[*p as usize * 8 + i] != after[*p as usize * 8 + i]));
+        .filter(|p| (0..WORDS).any(|i| before[*p as usize * WORDS + i] != after[*p as usize * WORDS + i]));
     assert_eq!(changes.points, DirtyRanges::of_points(changed.collect()));
     assert!(changes.points.point_count() > 20 && changes.points.point_count() < 500);
-    assert!(!changes.hair && !changes.light);
+    assert!(!changes.diameter && !changes.light);
 }
 
 #[test]
@@ -626,7 +632,7 @@ fn stroke_files_follow_the_contract() {
     assert_eq!(StrokeFile::parse(&again).unwrap(), file);
 
     for (bad, place) in [
-        (text.replace("\"version\": 1", "\"version\": 2"), "version"),
+        (text.replace("\"version\": 1", "\"version\": 3"), "version"),
         (text.replace("0.02", "-0.02"), "operations[0].radius_m"),
         (text.replace("0.75", "1.5"), "operations[0].dabs[0].pressure"),
         (text.replace("0.75", "1e39"), "line 3, column 115"),

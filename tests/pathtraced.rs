@@ -4,20 +4,13 @@ use balayage_render::gpu::{Camera, CameraFile, Gpu, RenderSettings, Renderer, Sh
 use balayage_render::groom::read_groom;
 use balayage_render::image::Picture;
 use balayage_render::light::LightSet;
-use balayage_render::param::{LobeRatios, VertexParams};
+use balayage_render::param::VertexParams;
 use balayage_tests::test_data;
 
 /// Side of the tiles that pictures are compared in, pixels.
 const TILE: usize = 16;
 
 /// What the reference pictures were traced with (bandwidths 8, 6, 12 degrees).
-const RATIOS: LobeRatios = LobeRatios {
-    alpha_tt: -0.5,
-    alpha_trt: -1.5,
-    beta_tt: 0.75,
-    beta_trt: 1.5,
-};
-
 fn reference_params(sigma_a: [f32; 3]) -> VertexParams {
     VertexParams {
         sigma_a,
@@ -26,6 +19,8 @@ fn reference_params(sigma_a: [f32; 3]) -> VertexParams {
         azimuthal_width: 0.2,
         eta: 1.55,
         eccentricity: 1.0,
+        alpha_ratios: [-0.5, -1.5],
+        beta_ratios: [0.75, 1.5],
     }
 }
 
@@ -82,7 +77,6 @@ fn brown_hair_under_sun_and_sky() {
     let gpu = Gpu::headless().unwrap();
     let mut renderer = Renderer::new(&gpu).unwrap();
     renderer.set_groom(&groom, None).unwrap();
-    renderer.set_ratios(RATIOS);
     renderer
         .set_params(&vec![reference_params([0.5, 0.8, 1.4]); groom.point_count()], &[])
         .unwrap();

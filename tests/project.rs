@@ -338,6 +338,35 @@ fn damaged_projects_never_panic() {
     assert!(refused > 100, "{refused}");
 }
 
+/// A project of version 1 opens as it was painted, and is saved as the present version with the same values.
+#[test]
+fn version_1_is_read_as_it_was_painted() {
+    let old = balayage_tests::repository("projects/older/version-1.json");
+    let text = fs::read_to_string(&old).unwrap();
+    assert!(text.contains("\"version\": 1"));
+    let mut document = Document::open(&old, None).unwrap().document;
+    assert_eq!(document.project().version, PROJECT_VERSION);
+    let present = Document::open(&balayage_tests::repository("projects/curly.json"), None).unwrap();
+    assert!(bits(document.params()) == bits(present.document.params()));
+    let mut hasher = blake3::Hasher::new();
+    for values in document.values() {
+        for channel in balayage_render::param::Channel::ALL {
+            hasher.update(bytemuck::bytes_of(&values.get(channel)));
+        }
+    }
+    // What people painted stays what they painted: a change that moves this hash changes their projects.
+    let painted = &hasher.finalize().to_hex()[..16];
+    assert_eq!(painted, "e81fd4a1f3a60bda");
+
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("new.json");
+    document.save_as(&path).unwrap();
+    assert!(fs::read_to_string(&path).unwrap().contains("\"version\": 2"));
+    let again = Document::open(&path, None).unwrap().document;
+    assert!(bits(again.params()) == bits(document.params()));
+    assert_eq!(again.project().operations, document.project().operations);
+}
+
 #[test]
 fn the_scheme_is_kept_in_the_project_and_is_optional() {
     let folder = tempfile::tempdir().unwrap();

@@ -100,6 +100,8 @@ fn probe_layouts_agree_with_the_host() {
         ("azimuthal_width", offset_of!(VertexParams, azimuthal_width)),
         ("eta", offset_of!(VertexParams, eta)),
         ("eccentricity", offset_of!(VertexParams, eccentricity)),
+        ("alpha_ratios", offset_of!(VertexParams, alpha_ratios)),
+        ("beta_ratios", offset_of!(VertexParams, beta_ratios)),
     ];
     assert_eq!(
         layout(&module, "VertexParams"),

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a helper that fails fails its test")]
 
 mod ui_light;
+mod ui_session;
 
 use std::{
     fs,

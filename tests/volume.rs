@@ -62,7 +62,7 @@ fn sheet(count: usize, z: f32) -> Vec<Vec<Vec3>> {
 }
 
 fn default_params(count: usize) -> Vec<VertexParams> {
-    vec![PointValues::default().vertex_params(PigmentSet::default()); count]
+    vec![PointValues::default().vertex_params(PigmentSet::default(), &LobeRatios::default()); count]
 }
 
 /// Records of all (light, point), light-major.
@@ -88,7 +88,7 @@ impl Records {
             .unwrap();
         transmittance.set_lights(gpu, lights).unwrap();
         let buffer = gpu.storage_of("parameters", params).unwrap();
-        transmittance.set_params(&buffer, MeanFibre::of(params, &LobeRatios::default()));
+        transmittance.set_params(&buffer, MeanFibre::of(params));
         let wanted = wanted.map(|points| {
             let mut flags = vec![0_u32; groom.point_count()];
             points.iter().for_each(|&point| flags[point] = 1);

@@ -25,7 +25,8 @@ fn azimuth_deon_r(fresnel: FresnelPolynomial, cos_theta_d: f32, l: DetectedLight
 // p = 1.
 fn azimuth_deon_tt(r: Refraction, sigma_a: vec3f, l: DetectedLight, azimuth: vec2f) -> vec3f {
     if l.kappa * (1.0 - 1.0 / r.eta_p) > TT_NARROW && l.kappa > 0.5 * DETECTED_NARROW {
-        return l.amplitude * azimuth_tt(r, sigma_a, l.kappa, azimuth);
+        let half = vec2f(sqrt(max(0.5 + 0.5 * azimuth.x, 0.0)), select(-1.0, 1.0, azimuth.y >= 0.0) * sqrt(max(0.5 - 0.5 * azimuth.x, 0.0)));
+        return l.amplitude * azimuth_tt(r, sigma_a, l.kappa, half);
     }
     var sum = vec3f(0.0);
     let count = deon_gamma_count(l.kappa);

@@ -11,11 +11,11 @@ struct Fibre {
     azimuthal_width: f32,   // bandwidth w_c of TRT, radians
 }
 
-// `alpha_ratios` and `beta_ratios` are TT's and TRT's tilt and width over R's (Marschner 2003: -1/2, -3/2 and 1/2, 2).
-fn fibre_from_params(p: VertexParams, alpha_ratios: vec2f, beta_ratios: vec2f) -> Fibre {
+// TT's and TRT's tilt and width come from R's by the point's ratios (Marschner 2003: -1/2, -3/2 and 1/2, 2).
+fn fibre_from_params(p: VertexParams) -> Fibre {
     return guarded_fibre(Fibre(
-        p.sigma_a, p.eta, p.alpha_rad * vec3f(1.0, alpha_ratios), p.eccentricity,
-        p.beta_rad * vec3f(1.0, beta_ratios), p.azimuthal_width));
+        p.sigma_a, p.eta, p.alpha_rad * vec3f(1.0, p.alpha_ratios), p.eccentricity,
+        p.beta_rad * vec3f(1.0, p.beta_ratios), p.azimuthal_width));
 }
 
 // Every field inside the range that the scattering functions are built for.

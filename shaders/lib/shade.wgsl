@@ -7,8 +7,6 @@ struct ShadeUniform {
     vertex_count: u32,
     constant: vec3f,           // radiance of the uniform environment that these lights stand for; 0: they are what they are
     point_count: u32,
-    alpha_ratios: vec2f,       // TT, TRT to R
-    beta_ratios: vec2f,
     terms: u32,                // TERM_ bits
     first_light: u32,
     light_count: u32,
@@ -45,7 +43,9 @@ fn mixed_params(a: VertexParams, b: VertexParams, t: f32) -> VertexParams {
         mix(a.beta_rad, b.beta_rad, t),
         mix(a.azimuthal_width, b.azimuthal_width, t),
         mix(a.eta, b.eta, t),
-        mix(a.eccentricity, b.eccentricity, t));
+        mix(a.eccentricity, b.eccentricity, t),
+        mix(a.alpha_ratios, b.alpha_ratios, t),
+        mix(a.beta_ratios, b.beta_ratios, t));
 }
 
 // A fibre's frame: u along it, v the axis that eccentricity is measured from.

@@ -8,4 +8,6 @@ struct VertexParams {
     azimuthal_width: f32,    // bandwidth w_c of Xu 2011
     eta: f32,                // index of refraction
     eccentricity: f32,       // a of Xu 2011 Eq 24, 1 = circular
+    alpha_ratios: vec2f,     // tilt of TT, TRT over R's
+    beta_ratios: vec2f,      // width of TT, TRT over R's
 }

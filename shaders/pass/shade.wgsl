@@ -27,7 +27,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let next = min(point + 1u, shade.point_count - 1u);
     let fraction = vertex.source_fraction;
 
-    let fibre = fibre_from_params(mixed_params(params[point], params[next], fraction), shade.alpha_ratios, shade.beta_ratios);
+    let fibre = fibre_from_params(mixed_params(params[point], params[next], fraction));
     let local_from_world = fibre_from_world(vertex);
     let view_angles = angles(local_from_world * normalize(shade.camera_position - vertex.position));
     let view = prepare_view(fibre, view_angles.x, view_angles.y);

@@ -26,7 +26,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if index >= work.count { return; }
     let point = work.items[index];
     let vertex = vertices[point_vertices[point]];
-    let fibre = fibre_from_params(params[point], shade.alpha_ratios, shade.beta_ratios);
+    let fibre = fibre_from_params(params[point]);
     let local_from_world = fibre_from_world(vertex);
     let view_angles = angles(local_from_world * normalize(shade.camera_position - vertex.position));
     let view = prepare_multiple(fibre, view_angles.x, view_angles.y);

@@ -5,13 +5,13 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use balayage_render::gpu::MeanFibre;
 use balayage_render::optics::dual::{self, Backward};
 use balayage_render::optics::{Averages, Direction, Fibre, global_scattering, scattering_averages};
-use balayage_render::param::{LobeRatios, VertexParams};
+use balayage_render::param::VertexParams;
 
 use super::{CALLS, Parity, between, hold, log_between};
 
 /// What the table of averages is made for.
 pub fn mean_fibre() -> MeanFibre {
-    MeanFibre::of(&[params()], &LobeRatios::default())
+    MeanFibre::of(&[params()])
 }
 
 fn params() -> VertexParams {
@@ -22,6 +22,8 @@ fn params() -> VertexParams {
         azimuthal_width: 0.25,
         eta: 1.55,
         eccentricity: 1.0,
+        alpha_ratios: [-0.5, -1.5],
+        beta_ratios: [0.5, 2.0],
     }
 }
 

@@ -57,10 +57,12 @@ pub const PARITIES: &[Parity] = &[
         covers: &["mixed_params"],
         file: "lib/shade.wgsl",
         call: "
-            let a = VertexParams(vec3f(x[0], x[1], x[2]), x[3], x[4], x[0], x[1], x[2]);
-            let b = VertexParams(vec3f(x[5], x[6], x[7]), x[8], x[9], x[5], x[6], x[7]);
+            let x01 = vec2f(x[0], x[1]);
+            let x56 = vec2f(x[5], x[6]);
+            let a = VertexParams(vec3f(x[0], x[1], x[2]), x[3], x[4], x[0], x[1], x[2], x01, x01.yx);
+            let b = VertexParams(vec3f(x[5], x[6], x[7]), x[8], x[9], x[5], x[6], x[7], x56, x56.yx);
             let m = mixed_params(a, b, x[10]);
-            y = vec4f(m.sigma_a.x + m.sigma_a.z, m.alpha_rad, m.beta_rad, m.azimuthal_width + 2.0 * m.eta + 3.0 * m.eccentricity);",
+            y = vec4f(m.sigma_a.x + m.sigma_a.z, m.alpha_rad + m.alpha_ratios.x, m.beta_rad + m.beta_ratios.x, m.azimuthal_width + 2.0 * m.eta + 3.0 * m.eccentricity);",
         domain: "[0, 3], fraction 0 to 1",
         tolerance: 1e-6,
         reason: "sums of up to three roundings",
@@ -72,7 +74,8 @@ pub const PARITIES: &[Parity] = &[
         },
         reference: |x| {
             let mixed = |i: usize| x[i] + (x[i + 5] - x[i]) * x[10];
-            vec![mixed(0) + mixed(2), mixed(3), mixed(4), mixed(0) + 2.0 * mixed(1) + 3.0 * mixed(2)]
+            let sums = [mixed(0) + mixed(2), mixed(3) + mixed(0), mixed(4) + mixed(1)];
+            vec![sums[0], sums[1], sums[2], mixed(0) + 2.0 * mixed(1) + 3.0 * mixed(2)]
         },
     },
     Parity {

@@ -72,8 +72,8 @@ pub const PARITIES: &[Parity] = &[
         covers: &["guarded_fibre", "fibre_from_params"],
         file: "lib/fibre.wgsl",
         call: "
-            let f = fibre_from_params(VertexParams(vec3f(x[0], x[1], x[2]), x[3], x[4], x[5], x[6], x[7]),
-                vec2f(-0.5, -1.5), vec2f(0.5, 2.0));
+            let f = fibre_from_params(VertexParams(vec3f(x[0], x[1], x[2]), x[3], x[4], x[5], x[6], x[7],
+                vec2f(-0.5, -1.5), vec2f(0.5, 2.0)));
             y = select(select(vec4f(f.sigma_a, f.eta), vec4f(f.alpha, f.azimuthal_width), x[8] == 1.0),
                 vec4f(f.beta, f.eccentricity), x[8] == 2.0);",
         domain: "every field from far below to far above its range",

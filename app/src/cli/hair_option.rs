@@ -149,7 +149,7 @@ mod tests {
             (6.0, 0.5, 1.5)
         );
         assert_eq!((base.alpha_deg, hair.ratios.known.alpha_tt), (-4.0, -0.5));
-        let params = base.vertex_params(hair.pigments);
+        let params = base.vertex_params(hair.pigments, &hair.ratios.known);
         assert!((params.azimuthal_width - 0.2).abs() < 1e-6 && params.eta == 1.6);
         assert_eq!(hair.diameter, Some(0.01));
     }

@@ -292,7 +292,6 @@ fn scene(
     let light = &document.project().light;
     let mut renderer = Renderer::new(gpu)?;
     renderer.set_groom(&*document.groom_as_drawn()?, head.as_ref())?;
-    renderer.set_ratios(document.project().hair.ratios.known);
     renderer.set_params(document.params(), &[])?;
     renderer.set_lights(&lighting.exposed(light))?;
     if show_environment {

@@ -1,13 +1,14 @@
 //! What a project may hold: every number finite and in its range, every name unique.
 
 use balayage_render::light::{MAX_BANDWIDTH, PRESETS, SrbfLight};
+use balayage_render::param::{Channel, LobeRatios};
 use glam::Mat3;
 
 use super::{
     hand_light::{HandLight, MAX_HAND_LIGHTS},
     project::{
-        CameraPose, Environment, HairSettings, Layer, LightSettings, MAX_LAYERS, PROJECT_VERSION, Project,
-        Sequence,
+        CameraPose, Dye, Environment, HairSettings, Layer, LightSettings, MAX_LAYERS, PROJECT_VERSION,
+        Project, Sequence,
     },
     sequence::MAX_MAPS,
 };
@@ -47,6 +48,7 @@ pub(super) fn check_project(project: &Project) -> Result<(), Problem> {
     }
     check_hair(&project.hair)?;
     check_layers(&project.layers)?;
+    check_dyes(&project.dyes)?;
     paint::check_operations(&project.operations)
 }
 
@@ -152,11 +154,7 @@ pub(crate) fn check_hair(hair: &HairSettings) -> Result<(), Problem> {
     if let Some((channel, value)) = hair.base.known.out_of_range() {
         return within(&format!("hair.base.{}", channel.name()), value, channel.range());
     }
-    let ratios = &hair.ratios.known;
-    within("hair.ratios.alpha_tt", ratios.alpha_tt, -100.0..=100.0)?;
-    within("hair.ratios.alpha_trt", ratios.alpha_trt, -100.0..=100.0)?;
-    within("hair.ratios.beta_tt", ratios.beta_tt, 0.01..=100.0)?;
-    within("hair.ratios.beta_trt", ratios.beta_trt, 0.01..=100.0)?;
+    check_ratios("hair.ratios", &hair.ratios.known)?;
     if let Err(reason) = hair.scheme.checked() {
         return Err(Problem::at(
             "hair.scheme",
@@ -168,6 +166,30 @@ pub(crate) fn check_hair(hair: &HairSettings) -> Result<(), Problem> {
         Some(diameter) => within("hair.diameter", diameter, 1e-9..=1e6),
         None => Ok(()),
     }
+}
+
+/// Dyes above this number are refused.
+const MAX_DYES: usize = 200;
+
+/// Checks the dye library.
+pub(super) fn check_dyes(dyes: &[Dye]) -> Result<(), Problem> {
+    if dyes.len() > MAX_DYES {
+        let reason = format!("{} dyes", dyes.len());
+        return Err(Problem::at("dyes", reason, format!("use at most {MAX_DYES}")));
+    }
+    dyes.iter().enumerate().try_for_each(|(i, dye)| {
+        dye.sigma_a
+            .iter()
+            .try_for_each(|x| within(&format!("dyes[{i}].sigma_a"), *x, Channel::Dye.range()))
+    })
+}
+
+/// Checks the ratios of TT's and TRT's tilt and width to R's.
+fn check_ratios(place: &str, ratios: &LobeRatios) -> Result<(), Problem> {
+    within(&format!("{place}.alpha_tt"), ratios.alpha_tt, -100.0..=100.0)?;
+    within(&format!("{place}.alpha_trt"), ratios.alpha_trt, -100.0..=100.0)?;
+    within(&format!("{place}.beta_tt"), ratios.beta_tt, 0.01..=100.0)?;
+    within(&format!("{place}.beta_trt"), ratios.beta_trt, 0.01..=100.0)
 }
 
 /// Checks the list of layers.
@@ -194,6 +216,10 @@ pub(super) fn check_layers(layers: &[Layer]) -> Result<(), Problem> {
             ));
         }
         within(&place("opacity"), layer.opacity, 0.0..=1.0)?;
+        layer.mask.check(&place("mask"))?;
+        if let Some(ratios) = &layer.ratios {
+            check_ratios(&place("ratios"), &ratios.known)?;
+        }
     }
     Ok(())
 }

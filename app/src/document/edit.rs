@@ -1,35 +1,45 @@
-//! How the document changes: edits, strokes under way, undo and redo.
+//! How the document changes: edits, undo and redo.
 
 use super::{
     Document, check,
     hand_light::hand_label,
-    history::Step,
-    project::{HairSettings, HeadReference, Layer, LightSettings},
+    history::{Splice, Step},
+    project::{Dye, HairSettings, HeadReference, Layer, LightSettings},
 };
 use crate::{
     Problem,
-    paint::{Dab, DirtyRanges, LayerMaps, Mode, Operation, TouchedMaps, check_dabs},
+    paint::{DirtyRanges, Operation, OperationId},
 };
 
 /// One change of the document; each is one entry of the history.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Edit {
-    /// A whole stroke.
+    /// A whole stroke, or a salon operation.
     Stroke(Operation),
+    /// The operation at this place of the project's list becomes another one.
+    SetOperation(usize, Operation),
+    /// The operation at this place goes.
+    RemoveOperation(usize),
     /// A new layer at a position from below; positions beyond the top mean the top.
     AddLayer(Layer, usize),
     /// The layer with this id goes, and its operations.
     RemoveLayer(String),
     /// The layer with this id moves to a position from below.
     MoveLayer(String, usize),
-    /// The layer with this id gets another name, visibility, opacity or blend.
+    /// The layer with this id gets another name, visibility, opacity, blend, mask or lobe ratios.
     SetLayer(Layer),
+    /// A copy of the layer with this id, under a new id, right above it.
+    DuplicateLayer(String, String),
+    /// The operations of the layer with this id go to the one below it.
+    MergeDown(String),
     /// Unpainted parameters.
     SetHair(HairSettings),
     /// Environment, its rotation and exposure.
     SetLight(LightSettings),
     /// The head.
     SetHead(Option<HeadReference>),
+    /// The dye library.
+    SetDyes(Vec<Dye>),
 }
 
 /// What an edit, an undo or a redo changed.
@@ -37,8 +47,6 @@ pub enum Edit {
 pub struct Changes {
     /// Points whose values changed.
     pub points: DirtyRanges,
-    /// Parameters of the hair as a whole changed: lobe ratios.
-    pub hair: bool,
     /// The fibre diameter changed.
     pub diameter: bool,
     /// Environment, rotation or exposure changed.
@@ -47,30 +55,49 @@ pub struct Changes {
     pub head: bool,
 }
 
+impl From<DirtyRanges> for Changes {
+    fn from(points: DirtyRanges) -> Self {
+        Self {
+            points,
+            ..Self::default()
+        }
+    }
+}
+
 impl Document {
     /// Applies an edit as a history entry of its own; a stroke under way is committed first.
     ///
     /// # Errors
-    /// A value out of range or a layer that does not exist; the document is as before.
+    /// A value out of range, a layer or operation that does not exist; the document is as before.
     pub fn apply(&mut self, edit: Edit) -> Result<Changes, Problem> {
         self.commit_stroke();
+        if !matches!(&edit, Edit::SetOperation(index, _) if self.prefix.as_ref().is_some_and(|p| p.index == *index))
+        {
+            self.prefix = None;
+        }
         let (label, step) = match edit {
-            Edit::Stroke(mut operation) => {
-                let dabs = std::mem::take(&mut operation.dabs);
-                self.begin_stroke(operation)?;
-                return match self.extend_stroke(dabs) {
-                    Ok(points) => {
-                        self.commit_stroke();
-                        Ok(Changes {
-                            points,
-                            ..Changes::default()
-                        })
-                    }
-                    Err(problem) => {
-                        self.cancel_stroke();
-                        Err(problem)
-                    }
-                };
+            Edit::Stroke(operation) if operation.shape.is_none() && !operation.hidden => {
+                return self.apply_stroke(operation).map(Changes::from);
+            }
+            Edit::Stroke(operation) => {
+                self.check_operation(&operation)?;
+                let label = operation.title();
+                let end = self.project.operations.len();
+                (label, splice(end, 0, vec![operation]))
+            }
+            Edit::SetOperation(index, operation) => {
+                let old = self.operation_at(index)?;
+                let label = format!("Change {}", old.title().to_lowercase());
+                let same_place = old.layer == operation.layer && old.channel == operation.channel;
+                self.check_operation(&operation)?;
+                if same_place {
+                    self.keep_prefix(index);
+                }
+                (label, splice(index, 1, vec![operation]))
+            }
+            Edit::RemoveOperation(index) => {
+                let label = format!("Remove {}", self.operation_at(index)?.title().to_lowercase());
+                (label, splice(index, 1, Vec::new()))
             }
             Edit::AddLayer(layer, position) => {
                 let label = format!("Add layer {}", layer.name);
@@ -97,6 +124,8 @@ impl Document {
                 layers[i] = layer;
                 (label, layer_step(layers)?)
             }
+            Edit::DuplicateLayer(id, new_id) => self.duplicate_step(&id, &new_id)?,
+            Edit::MergeDown(id) => return self.merge_down(&id),
             Edit::SetHair(hair) => {
                 check::check_hair(&hair)?;
                 ("Change hair".to_owned(), Step::Hair(Box::new(hair)))
@@ -107,6 +136,10 @@ impl Document {
                 (label.to_owned(), Step::Light(Box::new(light)))
             }
             Edit::SetHead(head) => ("Change head".to_owned(), Step::Head(head)),
+            Edit::SetDyes(dyes) => {
+                check::check_dyes(&dyes)?;
+                ("Change dyes".to_owned(), Step::Dyes(dyes))
+            }
         };
         let mut step = step;
         let changes = self.swap(&mut step);
@@ -121,22 +154,8 @@ impl Document {
     pub fn apply_continuing(&mut self, edit: Edit) -> Result<Changes, Problem> {
         let entries = self.history.undo.len();
         let changes = self.apply(edit)?;
-        let [.., earlier, newest] = self.history.undo.as_slice() else {
-            return Ok(changes);
-        };
-
-        // The earlier entry already holds the state before the drag: the newest one adds nothing.
-        let same = matches!(
-            (&earlier.step, &newest.step),
-            (Step::Hair(_), Step::Hair(_))
-                | (Step::Light(_), Step::Light(_))
-                | (Step::Head(_), Step::Head(_))
-        ) || matches!((&earlier.step, &newest.step), (Step::Layers { .. }, Step::Layers { .. }) if earlier.label == newest.label);
-        if same && self.history.undo.len() == entries + 1 {
-            let newest = self.history.undo.pop();
-            if let (Some(earlier), Some(newest)) = (self.history.undo.last_mut(), newest) {
-                earlier.id = newest.id;
-            }
+        if self.history.undo.len() == entries + 1 {
+            self.history.join_newest();
         }
         Ok(changes)
     }
@@ -144,43 +163,33 @@ impl Document {
     /// Takes back the newest entry; returns its name and what changed.
     pub fn undo(&mut self) -> Option<(String, Changes)> {
         self.commit_stroke();
+        self.prefix = None;
         let mut entry = self.history.undo.pop()?;
         let changes = match &mut entry.step {
             Step::Stroke { operation, before } => {
                 let undone = self.project.operations.pop()?;
-                let before = before.take();
-                let points = self.undo_stroke(&undone, before);
+                let points = self.undo_stroke(&undone, before.take());
                 *operation = Some(Box::new(undone));
-                Changes {
-                    points,
-                    ..Changes::default()
-                }
+                points.into()
             }
             step => self.swap(step),
         };
         let label = entry.label.clone();
         self.history.redo.push(entry);
+        self.history.trim();
         Some((label, changes))
     }
 
     /// Does the last undone entry again; returns its name and what changed.
     pub fn redo(&mut self) -> Option<(String, Changes)> {
         self.commit_stroke();
+        self.prefix = None;
         let mut entry = self.history.redo.pop()?;
         let changes = match &mut entry.step {
             Step::Stroke { operation, before } => {
-                let mut redone = *operation.take()?;
-                let layer = self.layer_index(&redone.layer).ok()?;
-                let dabs = std::mem::take(&mut redone.dabs);
-                let mut live = self.layers[layer].begin(&self.index, redone);
-                let dirty = self.layers[layer].extend(&self.index, &mut live, dabs);
-                let (redone, touched) = live.finish();
-                self.project.operations.push(redone);
+                let (points, touched) = self.redo_stroke(*operation.take()?)?;
                 *before = Some(touched);
-                Changes {
-                    points: self.recompose(&dirty),
-                    ..Changes::default()
-                }
+                points.into()
             }
             step => self.swap(step),
         };
@@ -190,151 +199,79 @@ impl Document {
         Some((label, changes))
     }
 
-    /// Starts a stroke without dabs; a stroke under way is committed first.
-    ///
-    /// # Errors
-    /// A value out of range or a layer that does not exist.
-    pub fn begin_stroke(&mut self, operation: Operation) -> Result<(), Problem> {
-        self.commit_stroke();
-        operation.check()?;
-        let layer = self.layer_index(&operation.layer)?;
-        let dabs_later = Operation {
-            dabs: Vec::new(),
-            ..operation
-        };
-        self.live = Some((layer, self.layers[layer].begin(&self.index, dabs_later)));
-        Ok(())
-    }
-
-    /// Adds dabs to the stroke under way; returns the points whose values changed.
-    ///
-    /// # Errors
-    /// A dab that is out of range: none of `dabs` is painted.
-    pub fn extend_stroke(&mut self, dabs: Vec<Dab>) -> Result<DirtyRanges, Problem> {
-        let Some((layer, mut live)) = self.live.take() else {
-            return Ok(DirtyRanges::none());
-        };
-        let dirty = check_dabs(&dabs).map(|()| self.layers[layer].extend(&self.index, &mut live, dabs));
-        self.live = Some((layer, live));
-        dirty.map(|dirty| self.recompose(&dirty))
-    }
-
-    /// Ends the stroke under way: it becomes the newest history entry. One without dabs leaves no trace.
-    pub fn commit_stroke(&mut self) {
-        let Some((_, live)) = self.live.take() else { return };
-        let (operation, before) = live.finish();
-        if operation.dabs.is_empty() {
-            return;
-        }
-        let verb = match operation.mode {
-            Mode::Erase => "Erase",
-            Mode::Smooth => "Smooth",
-            _ => "Paint",
-        };
-        let label = format!("{verb} {}", operation.channel.name());
-        self.project.operations.push(operation);
-        self.history.push(
-            label,
-            Step::Stroke {
-                operation: None,
-                before: Some(before),
-            },
-        );
-    }
-
-    /// Drops the stroke under way; returns the points whose values changed back.
-    pub fn cancel_stroke(&mut self) -> DirtyRanges {
-        let Some((layer, live)) = self.live.take() else {
-            return DirtyRanges::none();
-        };
-        let (_, mut before) = live.finish();
-        let dirty = self.layers[layer].swap(&self.index, &mut before);
-        self.recompose(&dirty)
-    }
-
-    /// Puts the maps back that `before` holds, or replays the channel of the layer where they are no longer kept.
-    fn undo_stroke(&mut self, undone: &Operation, before: Option<TouchedMaps>) -> DirtyRanges {
-        let Ok(layer) = self.layer_index(&undone.layer) else {
-            return DirtyRanges::none();
-        };
-        let dirty = match before {
-            Some(mut before) => self.layers[layer].swap(&self.index, &mut before),
-            None => {
-                let mut maps = std::mem::take(&mut self.layers[layer]);
-                maps.replay_channel(&self.index, undone.channel, self.operations_of(&undone.layer));
-                self.layers[layer] = maps;
-                DirtyRanges::all(self.groom().point_count())
-            }
-        };
-        self.recompose(&dirty)
+    /// The names of what was done, oldest first, and how many of them are done now; the others are undone.
+    pub fn history_labels(&self) -> (Vec<&str>, usize) {
+        let done = self.history.undo.iter();
+        let undone = self.history.redo.iter().rev();
+        let labels = done.chain(undone).map(|entry| entry.label.as_str()).collect();
+        (labels, self.history.undo.len())
     }
 
     /// Exchanges what `step` holds with the document; strokes have their own way.
-    fn swap(&mut self, step: &mut Step) -> Changes {
+    pub(super) fn swap(&mut self, step: &mut Step) -> Changes {
         let mut changes = Changes::default();
         match step {
             Step::Stroke { .. } => {}
+            Step::Operations(splice) => self.swap_operations(splice),
             Step::Layers { layers, detached } => self.swap_layers(layers, detached),
+            Step::Paint { layers, operations } => {
+                std::mem::swap(&mut self.project.operations, operations);
+                std::mem::swap(&mut self.project.layers, layers);
+                self.rebuild_layers();
+            }
             Step::Hair(hair) => {
                 std::mem::swap(&mut self.project.hair, hair);
-                changes.hair = true;
                 changes.diameter = self.project.hair.diameter != hair.diameter;
             }
             Step::Light(light) => {
                 std::mem::swap(&mut self.project.light, light);
-                return Changes {
-                    light: true,
-                    ..changes
-                };
+                changes.light = true;
+                return changes;
             }
             Step::Head(head) => {
                 std::mem::swap(&mut self.project.head, head);
-                return Changes {
-                    head: true,
-                    ..changes
-                };
+                changes.head = true;
+                return changes;
+            }
+            Step::Dyes(dyes) => {
+                std::mem::swap(&mut self.project.dyes, dyes);
+                return changes;
             }
         }
         changes.points = self.recompose(&DirtyRanges::all(self.groom().point_count()));
         changes
     }
 
-    /// Exchanges the layer list; operations follow their layers out of the project and back.
-    fn swap_layers(&mut self, layers: &mut Vec<Layer>, detached: &mut Vec<(usize, Operation)>) {
-        for (index, operation) in detached.drain(..) {
-            self.project.operations.insert(index, operation);
-        }
-        let old_maps: Vec<LayerMaps> = std::mem::take(&mut self.layers);
-        std::mem::swap(&mut self.project.layers, layers);
-
-        // Indices count in the list with the operation still in it, so that inserting in ascending order restores it.
-        let kept = |id: &str| self.project.layers.iter().any(|layer| layer.id == id);
-        let all = std::mem::take(&mut self.project.operations);
-        let mut left = Vec::with_capacity(all.len());
-        for (index, operation) in all.into_iter().enumerate() {
-            if kept(&operation.layer) {
-                left.push(operation);
-            } else {
-                detached.push((index, operation));
-            }
-        }
-        self.project.operations = left;
-
-        // A layer that was there before keeps its maps.
-        let mut old: Vec<(String, LayerMaps)> = layers
-            .iter()
-            .map(|layer| layer.id.clone())
-            .zip(old_maps)
-            .collect();
-        let ids: Vec<String> = self.project.layers.iter().map(|layer| layer.id.clone()).collect();
-        self.layers = ids
-            .iter()
-            .map(|id| match old.iter().position(|(other, _)| other == id) {
-                Some(i) => old.swap_remove(i).1,
-                None => self.replayed(id),
-            })
-            .collect();
+    /// The operation at a place of the project's list.
+    fn operation_at(&self, index: usize) -> Result<&Operation, Problem> {
+        self.project.operations.get(index).ok_or_else(|| {
+            Problem::at(
+                format!("operations[{index}]"),
+                "there is no such operation",
+                "choose one of the list",
+            )
+        })
     }
+
+    /// Checks an operation and that its layer exists.
+    pub(super) fn check_operation(&self, operation: &Operation) -> Result<usize, Problem> {
+        operation.check()?;
+        self.layer_index(&operation.layer)
+    }
+
+    /// A free number for an operation.
+    pub fn next_operation_id(&self) -> OperationId {
+        OperationId::Number(self.next_operation_number())
+    }
+}
+
+fn splice(index: usize, len: usize, other: Vec<Operation>) -> Step {
+    Step::Operations(Splice {
+        index,
+        len,
+        other,
+        maps: None,
+    })
 }
 
 /// What a person did to the light.

@@ -1,9 +1,11 @@
 //! What was done, so that it can be undone: one entry for a stroke, a slider drag or a click.
 
-use super::project::{HairSettings, HeadReference, Layer, LightSettings};
-use crate::paint::{Operation, TouchedMaps};
+use balayage_render::param::Channel;
 
-/// Memory that strokes may keep for undoing them at once; older ones are undone by replay.
+use super::project::{Dye, HairSettings, HeadReference, Layer, LightSettings};
+use crate::paint::{ChannelMaps, Operation, TouchedMaps};
+
+/// Memory that the history may keep for undoing at once; what is older is undone by replay.
 pub const DEFAULT_HISTORY_BYTES: usize = 256 << 20;
 
 /// One thing that was done; what it holds is swapped with the document when it is undone or redone.
@@ -15,10 +17,17 @@ pub(super) enum Step {
         /// The maps before it, where they are still kept.
         before: Option<TouchedMaps>,
     },
+    /// The other state of some operations.
+    Operations(Splice),
     /// The other state of the layer list, and the operations that only that state has, by index.
     Layers {
         layers: Vec<Layer>,
         detached: Vec<(usize, Operation)>,
+    },
+    /// The other state of layers and operations as a whole.
+    Paint {
+        layers: Vec<Layer>,
+        operations: Vec<Operation>,
     },
     /// The other hair settings.
     Hair(Box<HairSettings>),
@@ -26,6 +35,59 @@ pub(super) enum Step {
     Light(Box<LightSettings>),
     /// The other head.
     Head(Option<HeadReference>),
+    /// The other dye library.
+    Dyes(Vec<Dye>),
+}
+
+/// Operations that stand in for `len` operations of the project from `index` on.
+pub(super) struct Splice {
+    pub(super) index: usize,
+    pub(super) len: usize,
+    pub(super) other: Vec<Operation>,
+    /// The maps that go with `other`, where they are still kept.
+    pub(super) maps: Option<Vec<SavedMaps>>,
+}
+
+/// All maps of one channel of the layer with this id.
+pub(super) struct SavedMaps {
+    pub(super) layer: String,
+    pub(super) channel: Channel,
+    pub(super) maps: ChannelMaps,
+}
+
+impl Step {
+    /// Memory that could be given up, in bytes.
+    fn spare_bytes(&self) -> usize {
+        match self {
+            Self::Stroke { before, .. } => before.as_ref().map_or(0, TouchedMaps::bytes),
+            Self::Operations(splice) => splice.maps.iter().flatten().map(|saved| saved.maps.bytes()).sum(),
+            _ => 0,
+        }
+    }
+
+    /// Gives that memory up: undoing takes a replay from now on.
+    fn forget(&mut self) {
+        match self {
+            Self::Stroke { before, .. } => *before = None,
+            Self::Operations(splice) => splice.maps = None,
+            _ => {}
+        }
+    }
+
+    /// True where both are moments of one drag.
+    fn continues(&self, earlier: &Self) -> bool {
+        match (earlier, self) {
+            (Self::Hair(_), Self::Hair(_))
+            | (Self::Light(_), Self::Light(_))
+            | (Self::Head(_), Self::Head(_))
+            | (Self::Dyes(_), Self::Dyes(_))
+            | (Self::Layers { .. }, Self::Layers { .. }) => true,
+            (Self::Operations(a), Self::Operations(b)) => {
+                a.index == b.index && a.len == b.len && a.other.len() == b.other.len()
+            }
+            _ => false,
+        }
+    }
 }
 
 /// A step with its name and a number that no other entry of the document has.
@@ -65,9 +127,24 @@ impl History {
         self.trim();
     }
 
+    /// Lets the newest entry go where it continues the one before: that one already holds the state before the drag.
+    pub(super) fn join_newest(&mut self) {
+        let [.., earlier, newest] = self.undo.as_mut_slice() else {
+            return;
+        };
+        if earlier.label == newest.label && newest.step.continues(&earlier.step) {
+            earlier.id = newest.id;
+            self.undo.pop();
+        }
+    }
+
     /// The number of the newest entry; 0 where nothing was done.
     pub(super) fn state(&self) -> u64 {
         self.undo.last().map_or(0, |entry| entry.id)
+    }
+
+    pub(super) fn max_bytes(&self) -> usize {
+        self.max_bytes
     }
 
     pub(super) fn set_max_bytes(&mut self, max_bytes: usize) {
@@ -75,17 +152,22 @@ impl History {
         self.trim();
     }
 
-    /// Forgets the kept maps of the oldest strokes until the limit holds.
+    /// Memory kept for undoing and redoing at once, in bytes.
+    pub(super) fn bytes(&self) -> usize {
+        let entries = self.undo.iter().chain(&self.redo);
+        entries.map(|entry| entry.step.spare_bytes()).sum()
+    }
+
+    /// Forgets the kept maps of the oldest entries until the limit holds.
     pub(super) fn trim(&mut self) {
         let mut left = self.max_bytes;
-        for entry in self.undo.iter_mut().rev() {
-            if let Step::Stroke { before, .. } = &mut entry.step {
-                match before.as_ref().map_or(0, TouchedMaps::bytes) {
-                    bytes if bytes <= left => left -= bytes,
-                    _ => {
-                        *before = None;
-                        left = 0;
-                    }
+        let newest_first = self.redo.iter_mut().rev().chain(self.undo.iter_mut().rev());
+        for entry in newest_first {
+            match entry.step.spare_bytes() {
+                bytes if bytes <= left => left -= bytes,
+                _ => {
+                    entry.step.forget();
+                    left = 0;
                 }
             }
         }

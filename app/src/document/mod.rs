@@ -11,16 +11,19 @@ pub mod files;
 mod hand_light;
 mod history;
 pub mod json;
+mod layering;
 mod lighting;
 mod open;
+mod operations;
 mod project;
 mod sequence;
+mod stroking;
 
 use std::{path::PathBuf, sync::Arc};
 
 use balayage_render::{
     groom::Groom,
-    param::{PointValues, VertexParams},
+    param::{Channel, PointValues, VertexParams},
 };
 use rayon::prelude::*;
 
@@ -33,7 +36,7 @@ pub use history::DEFAULT_HISTORY_BYTES;
 pub use lighting::{FitReport, Lighting, map_warnings};
 pub use open::{MAX_PROJECT_BYTES, Opened};
 pub use project::{
-    Blend, CameraPose, Environment, GroomReference, HairSettings, HeadReference, Layer, LightSettings,
+    Blend, CameraPose, Dye, Environment, GroomReference, HairSettings, HeadReference, Layer, LightSettings,
     MAX_LAYERS, Open, PROJECT_VERSION, Project, Sequence,
 };
 pub use sequence::{MAX_MAPS, maps_of};
@@ -42,7 +45,9 @@ use crate::{
     Problem,
     paint::{DirtyRanges, LayerMaps, LiveStroke, Operation, OperationId, StrandIndex},
 };
+use compose::LayerState;
 use history::History;
+use operations::Prefix;
 
 /// An open project with its painted values and its history.
 pub struct Document {
@@ -52,14 +57,16 @@ pub struct Document {
     path: Option<PathBuf>,
     /// The folder that the project's paths count from.
     folder: PathBuf,
-    /// What the strokes of each layer amount to, in the order of the project's layers.
-    layers: Vec<LayerMaps>,
+    /// What each layer amounts to, in the order of the project's layers.
+    layers: Vec<LayerState>,
     values: Vec<PointValues>,
     params: Vec<VertexParams>,
     history: History,
     saved_state: u64,
     /// The stroke under way and the index of its layer.
     live: Option<(usize, LiveStroke)>,
+    /// What comes before the operation that is being adjusted.
+    prefix: Option<Prefix>,
 }
 
 impl Document {
@@ -81,24 +88,12 @@ impl Document {
             history: History::new(),
             saved_state: 0,
             live: None,
+            prefix: None,
         };
-        document.layers = document
-            .project
-            .layers
-            .iter()
-            .map(|layer| document.replayed(&layer.id))
-            .collect();
+        document.rebuild_layers();
         let count = document.groom().point_count();
         document.values = vec![document.project.hair.base.known; count];
-        document.params = vec![
-            document
-                .project
-                .hair
-                .base
-                .known
-                .vertex_params(document.project.hair.pigments);
-            count
-        ];
+        document.params = document.unpainted_params();
         document.recompose(&DirtyRanges::all(count));
         Ok(document)
     }
@@ -153,6 +148,13 @@ impl Document {
         &self.params
     }
 
+    /// What the shaders would read if nothing was painted.
+    pub fn unpainted_params(&self) -> Vec<VertexParams> {
+        let hair = &self.project.hair;
+        let params = hair.base.known.vertex_params(hair.pigments, &hair.ratios.known);
+        vec![params; self.groom().point_count()]
+    }
+
     /// The file that a path of the project names.
     pub fn resolve(&self, reference: &str) -> PathBuf {
         files::resolve(reference, &self.folder)
@@ -194,6 +196,16 @@ impl Document {
     /// Limits the memory that strokes keep for quick undo, in bytes.
     pub fn set_history_bytes(&mut self, max_bytes: usize) {
         self.history.set_max_bytes(max_bytes);
+    }
+
+    /// The limit of [`Document::set_history_bytes`].
+    pub fn history_limit_bytes(&self) -> usize {
+        self.history.max_bytes()
+    }
+
+    /// Memory that the history keeps for undoing and redoing at once, in bytes.
+    pub fn history_bytes(&self) -> usize {
+        self.history.bytes()
     }
 
     /// Moves the camera; a view is no edit.
@@ -238,13 +250,23 @@ impl Document {
             .filter(move |operation| operation.layer == id)
     }
 
+    /// Follows new maps of a channel of a layer at the points in `dirty`; returns the points whose values changed.
+    fn repainted(&mut self, layer: usize, channel: Channel, dirty: &DirtyRanges) -> DirtyRanges {
+        if channel != Channel::Mask {
+            return self.recompose(dirty);
+        }
+        let settings = &self.project.layers[layer];
+        let masked = self.layers[layer].update_mask(&self.index, settings, dirty);
+        self.recompose(&masked)
+    }
+
     /// Brings values and parameters of the points in `dirty` up to date; returns those that changed.
     fn recompose(&mut self, dirty: &DirtyRanges) -> DirtyRanges {
         let hair = &self.project.hair;
         let (layers, maps) = (&self.project.layers, &self.layers);
         let composed = |point: u32| {
-            let values = compose::compose(&hair.base.known, layers.iter().zip(maps), point as usize);
-            (values, values.vertex_params(hair.pigments))
+            let (values, ratios) = compose::compose(hair, layers.iter().zip(maps), point as usize);
+            (values, values.vertex_params(hair.pigments, &ratios))
         };
         let mut changed = Vec::new();
         for range in dirty.ranges() {

@@ -9,11 +9,13 @@ use serde::{Deserialize, Serialize};
 use super::hand_light::HandLight;
 use crate::{
     Problem,
-    paint::{Extra, Operation},
+    paint::{Extra, Mask, Operation},
 };
 
 /// The version of the project file that this program writes.
-pub const PROJECT_VERSION: u32 = 1;
+///
+/// Version 1 had no masks, no salon operations and no dye library; it is read as version 2 without them.
+pub const PROJECT_VERSION: u32 = 2;
 
 /// Layers above this number are refused: each may take memory for every point of the groom.
 pub const MAX_LAYERS: usize = 100;
@@ -63,7 +65,10 @@ pub struct Project {
     /// The layers, lowest first.
     #[serde(default)]
     pub layers: Vec<Layer>,
-    /// Every stroke, first applied first; the list of a stroke file.
+    /// Dyes to choose from.
+    #[serde(default = "usual_dyes")]
+    pub dyes: Vec<Dye>,
+    /// Every stroke and salon operation, first applied first; the list of a stroke file.
     #[serde(default)]
     pub operations: Vec<Operation>,
     /// Unknown fields.
@@ -223,9 +228,49 @@ pub struct Layer {
     /// How its paint meets what lies below.
     #[serde(default)]
     pub blend: Blend,
+    /// Where it shows.
+    #[serde(default, skip_serializing_if = "Mask::is_open")]
+    pub mask: Mask,
+    /// Tilt and width of TT and TRT relative to R where the layer shows; null keeps what lies below.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ratios: Option<Open<LobeRatios>>,
     /// Unknown fields.
     #[serde(flatten)]
     pub extra: Extra,
+}
+
+/// A dye of the project's library.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Dye {
+    /// What a person calls it.
+    pub name: String,
+    /// Absorption per fibre radius, linear Rec.709.
+    pub sigma_a: [f32; 3],
+    /// Unknown fields.
+    #[serde(flatten)]
+    pub extra: Extra,
+}
+
+/// The library of a new project: what salons mix, and the vivid ones.
+pub(super) fn usual_dyes() -> Vec<Dye> {
+    let dyes: [(&str, [f32; 3]); 10] = [
+        ("Honey", [0.02, 0.09, 0.35]),
+        ("Copper", [0.03, 0.35, 1.1]),
+        ("Auburn", [0.3, 1.2, 2.2]),
+        ("Chocolate", [0.7, 1.3, 2.2]),
+        ("Rose", [0.03, 0.42, 0.2]),
+        ("Ruby", [0.1, 2.0, 1.4]),
+        ("Violet", [0.35, 0.9, 0.1]),
+        ("Blue", [1.6, 0.7, 0.08]),
+        ("Teal", [1.2, 0.15, 0.25]),
+        ("Silver", [0.1, 0.08, 0.05]),
+    ];
+    let dye = |(name, sigma_a): (&str, _)| Dye {
+        name: name.to_owned(),
+        sigma_a,
+        extra: Extra::new(),
+    };
+    dyes.into_iter().map(dye).collect()
 }
 
 /// How a layer's paint meets what lies below it, in the channel's own space, by opacity o.
@@ -262,6 +307,8 @@ impl Layer {
             visible: true,
             opacity: 1.0,
             blend: Blend::Replace,
+            mask: Mask::default(),
+            ratios: None,
             extra: Extra::new(),
         }
     }
@@ -279,6 +326,7 @@ impl Project {
             camera: None,
             hair: HairSettings::default(),
             layers: vec![Layer::new("paint", "Paint")],
+            dyes: usual_dyes(),
             operations: Vec::new(),
             extra: Extra::new(),
         }
@@ -292,6 +340,8 @@ impl Project {
         let mut project: Self = serde_json::from_str(text).map_err(|e| Problem::json(&e))?;
         project.add_missing_layers();
         super::check::check_project(&project)?;
+        // What version 1 lacked has been read as absent.
+        project.version = PROJECT_VERSION;
         Ok(project)
     }
 

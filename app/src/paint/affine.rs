@@ -32,6 +32,15 @@ impl Affine {
         self.scale * x + self.offset
     }
 
+    /// The map between this one and `other`, at `share` in [0, 1].
+    #[must_use]
+    pub fn towards(self, other: Self, share: f32) -> Self {
+        Self {
+            scale: (1.0 - share) * self.scale + share * other.scale,
+            offset: (1.0 - share) * self.offset + share * other.offset,
+        }
+    }
+
     /// This map after a stroke of `coverage` in [0, 1]; `smoothed` is the mean map of the neighbourhood (mode smooth).
     ///
     /// The result still sends some value of the channel's range into the range, so that strokes beyond the range's end

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Dab, Falloff, Operation, Reach, StrandIndex};
+use super::{Dab, Falloff, Operation, Reach, Shape, StrandIndex};
 
 /// Coverage of a dab at `x` radii from its centre: 1 in the hard core, 0 from the rim outwards.
 pub fn profile(falloff: Falloff, hardness: f32, x: f32) -> f32 {
@@ -16,6 +16,8 @@ pub fn profile(falloff: Falloff, hardness: f32, x: f32) -> f32 {
     match falloff {
         Falloff::Smooth => t * t * (3.0 - 2.0 * t),
         Falloff::Linear => t,
+        Falloff::Round => (t * (2.0 - t)).max(0.0).sqrt(),
+        Falloff::Sharp => t * t,
         Falloff::Constant => 1.0,
     }
 }
@@ -64,7 +66,12 @@ impl Coverage {
                     if *old == 0.0 {
                         self.touched.push(point);
                     }
-                    *old = coverage;
+                    // Full flow takes the coverage itself, so that a stroke does not depend on the order of its dabs.
+                    *old = if operation.flow < 1.0 {
+                        *old + operation.flow * (coverage - *old)
+                    } else {
+                        coverage
+                    };
                     raised.push(point);
                 }
             };
@@ -74,6 +81,41 @@ impl Coverage {
         raised.dedup();
         raised
     }
+}
+
+/// What an operation with a shape covers: points ascending, with their coverage.
+fn of_shape(index: &StrandIndex, operation: &Operation, shape: &Shape) -> Vec<(u32, f32)> {
+    let groom = index.groom();
+    let mut covered = Vec::new();
+    for strand in 0..groom.strand_count() {
+        let facts = index.facts(strand);
+        let Some(along) = shape.along(&facts, operation.seed) else {
+            continue;
+        };
+        let points = groom.strand(strand).map(|point| {
+            let point = point as u32;
+            (point, operation.strength * along(index.along_mm(point)))
+        });
+        covered.extend(points.filter(|(_, coverage)| *coverage > 0.0));
+    }
+    covered
+}
+
+/// What a whole operation covers: points ascending, with their coverage. `scratch` is as it was afterwards.
+pub fn of_operation(index: &StrandIndex, operation: &Operation, scratch: &mut Coverage) -> Vec<(u32, f32)> {
+    if operation.hidden {
+        return Vec::new();
+    }
+    if let Some(shape) = &operation.shape {
+        return of_shape(index, operation, shape);
+    }
+    let points = scratch.add_dabs(index, operation, &operation.dabs);
+    let covered = points
+        .into_iter()
+        .map(|point| (point, scratch.of(point)))
+        .collect();
+    scratch.clear();
+    covered
 }
 
 /// Calls `visit(point, coverage)` for every point that `dab` reaches, at full strength.
@@ -95,12 +137,31 @@ fn for_each_covered(index: &StrandIndex, operation: &Operation, dab: &Dab, mut v
     strands.dedup_by_key(|(strand, _)| *strand);
     for (strand, share) in strands {
         for point in index.groom().strand(strand as usize) {
-            let along = operation.arc_reach.map_or(1.0, |reach| {
-                let distance = (index.arc(point as u32) - dab.arc).abs();
+            let arc = index.arc(point as u32);
+            let mut along = operation.arc_reach.map_or(1.0, |reach| {
+                let distance = (arc - dab.arc).abs();
                 profile(operation.falloff, operation.hardness, distance / reach)
             });
+            if let Some(range) = operation.arc_range {
+                along *= within_arcs(operation, range, arc);
+            }
             visit(point as u32, share * along);
         }
+    }
+}
+
+/// Coverage at `arc` of a stretch between two arcs: it falls towards both ends, but not at a root or a tip that it includes.
+fn within_arcs(operation: &Operation, [from, to]: [f32; 2], arc: f32) -> f32 {
+    if arc < from || arc > to {
+        return 0.0;
+    }
+    let half = 0.5 * (to - from);
+    let middle = from + half;
+    let open = (arc < middle && from <= 0.0) || (arc > middle && to >= 1.0);
+    if open || half <= 0.0 {
+        1.0
+    } else {
+        profile(operation.falloff, operation.hardness, (arc - middle).abs() / half)
     }
 }
 
@@ -110,7 +171,13 @@ mod tests {
 
     #[test]
     fn profiles_fall_from_core_to_rim() {
-        for falloff in [Falloff::Smooth, Falloff::Linear, Falloff::Constant] {
+        for falloff in [
+            Falloff::Smooth,
+            Falloff::Linear,
+            Falloff::Round,
+            Falloff::Sharp,
+            Falloff::Constant,
+        ] {
             for hardness in [0.0, 0.5, 1.0] {
                 let samples: Vec<f32> = (0..=100)
                     .map(|i| profile(falloff, hardness, i as f32 / 100.0))

@@ -5,13 +5,31 @@ use std::collections::BTreeMap;
 use balayage_render::param::Channel;
 use rayon::prelude::*;
 
-use super::{Affine, Coverage, Dab, DirtyRanges, Mode, Operation, StrandIndex};
+use glam::Vec3;
+
+use super::{Affine, Coverage, Dab, DirtyRanges, Mode, Operation, StrandIndex, coverage::of_operation};
 
 /// The maps of one layer; a channel that was never painted takes no memory.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LayerMaps {
     /// `point_count * channel.components()` maps a channel, point after point.
     channels: BTreeMap<Channel, Vec<Affine>>,
+}
+
+/// All maps of one channel of a layer, or that it has none.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ChannelMaps(Option<Vec<Affine>>);
+
+impl ChannelMaps {
+    /// A copy of what `maps` holds of `channel`.
+    pub fn of(maps: &LayerMaps, channel: Channel) -> Self {
+        Self(maps.channels.get(&channel).cloned())
+    }
+
+    /// Memory in bytes.
+    pub fn bytes(&self) -> usize {
+        self.0.as_ref().map_or(0, |maps| size_of_val(maps.as_slice()))
+    }
 }
 
 /// The maps that some points had before a stroke.
@@ -61,14 +79,7 @@ impl LayerMaps {
                 .par_iter()
                 .map_init(
                     || Coverage::new(point_count),
-                    |coverage, operation| {
-                        coverage.clear();
-                        let points = coverage.add_dabs(index, operation, &operation.dabs);
-                        points
-                            .into_iter()
-                            .map(|point| (point, coverage.of(point)))
-                            .collect()
-                    },
+                    |scratch, operation| of_operation(index, operation, scratch),
                 )
                 .collect();
             for (operation, covered) in batch.iter().zip(covered) {
@@ -77,15 +88,18 @@ impl LayerMaps {
         }
     }
 
-    /// Replays only the operations on `channel`, in place of what it holds.
-    pub fn replay_channel<'a>(
-        &mut self,
-        index: &StrandIndex,
-        channel: Channel,
-        operations: impl IntoIterator<Item = &'a Operation>,
-    ) {
-        self.channels.remove(&channel);
-        self.replay_onto(index, operations.into_iter().filter(|o| o.channel == channel));
+    /// The maps of one channel, `components` a point; none where it was never painted.
+    pub fn channel(&self, channel: Channel) -> Option<&[Affine]> {
+        self.channels.get(&channel).map(Vec::as_slice)
+    }
+
+    /// Takes the maps of one channel out and puts others in.
+    pub fn exchange(&mut self, channel: Channel, other: ChannelMaps) -> ChannelMaps {
+        let old = match other.0 {
+            Some(maps) => self.channels.insert(channel, maps),
+            None => self.channels.remove(&channel),
+        };
+        ChannelMaps(old)
     }
 
     /// The painted channels with their maps: `point_count * components` each.
@@ -207,6 +221,44 @@ fn maps_of_mut(maps: &mut [Affine], point: usize, width: usize) -> &mut [Affine]
     &mut maps[point * width..(point + 1) * width]
 }
 
+/// Reach of mode smooth across strands, in cells of the index.
+const NEIGHBOURS: f32 = 1.5;
+
+/// Mean of the maps of some points.
+#[derive(Default)]
+struct Mean {
+    sum: [[f32; 2]; 3],
+    count: usize,
+}
+
+impl Mean {
+    fn add(&mut self, maps: &[Affine]) {
+        for (sum, map) in self.sum.iter_mut().zip(maps) {
+            sum[0] += map.scale;
+            sum[1] += map.offset;
+        }
+        self.count += 1;
+    }
+
+    fn over<'a>(
+        mut self,
+        points: std::ops::Range<usize>,
+        width: usize,
+        maps: impl Fn(usize) -> &'a [Affine],
+    ) -> Self {
+        points.for_each(|point| self.add(&maps(point)[..width]));
+        self
+    }
+
+    fn maps(self) -> [Affine; 3] {
+        let weight = 1.0 / self.count.max(1) as f32;
+        self.sum.map(|[scale, offset]| Affine {
+            scale: scale * weight,
+            offset: offset * weight,
+        })
+    }
+}
+
 /// The maps of `point` after a stroke that covers it by `coverage`; `before` gives any point's maps before the stroke.
 fn blend<'a>(
     index: &StrandIndex,
@@ -218,18 +270,21 @@ fn blend<'a>(
     let width = operation.channel.components();
     let mut smoothed = [Affine::IDENTITY; 3];
     if operation.mode == Mode::Smooth {
-        let stretch = index.stretch(point, operation.radius_m / index.groom().metres_per_unit());
-        for (component, smoothed) in smoothed.iter_mut().enumerate().take(width) {
-            let (mut scale, mut offset) = (0.0, 0.0);
-            for p in stretch.clone() {
-                scale += before(p)[component].scale;
-                offset += before(p)[component].offset;
+        let radius = operation.radius_m / index.groom().metres_per_unit();
+        let along = Mean::default()
+            .over(index.stretch(point, radius), width, &before)
+            .maps();
+        smoothed = along;
+        if operation.across > 0.0 {
+            let mut around = Mean::default();
+            let place: Vec3 = index.groom().positions()[point as usize];
+            index.for_each_near(place, radius.min(NEIGHBOURS * index.spacing()), |p, _| {
+                around.add(before(p as usize));
+            });
+            let around = around.maps();
+            for c in 0..width {
+                smoothed[c] = along[c].towards(around[c], operation.across);
             }
-            let weight = 1.0 / stretch.len() as f32;
-            *smoothed = Affine {
-                scale: scale * weight,
-                offset: offset * weight,
-            };
         }
     }
     let value = operation.value.components();

@@ -5,6 +5,8 @@ use std::{ops::Range, sync::Arc};
 use balayage_render::groom::Groom;
 use glam::Vec3;
 
+use super::StrandFacts;
+
 /// A groom with what a brush asks of it. Positions and distances are in the groom's unit.
 pub struct StrandIndex {
     groom: Arc<Groom>,
@@ -102,6 +104,27 @@ impl StrandIndex {
     /// Length from the strand's root to the point.
     pub fn along(&self, point: u32) -> f32 {
         self.along[point as usize]
+    }
+
+    /// Length from the strand's root to the point, millimetres.
+    pub fn along_mm(&self, point: u32) -> f32 {
+        self.along(point) * 1000.0 * self.groom.metres_per_unit()
+    }
+
+    /// What operations and masks know of a strand.
+    pub fn facts(&self, strand: usize) -> StrandFacts {
+        let points = self.groom.strand(strand);
+        let root = self.groom.positions()[points.start];
+        StrandFacts {
+            root,
+            root_mm: 1000.0 * self.groom.metres_per_unit() * root,
+            length_mm: self.along_mm(points.end as u32 - 1),
+        }
+    }
+
+    /// Side of a cell of the grid: about the distance between neighbouring points where hair is dense.
+    pub fn spacing(&self) -> f32 {
+        self.cell
     }
 
     /// Calls `visit(point, distance)` for every point nearer to `centre` than `radius`.

@@ -3,13 +3,14 @@
 use balayage_render::param::Channel;
 use serde::{Deserialize, Serialize};
 
+use super::Shape;
 use crate::problem::{Problem, within};
 
 /// Fields that this version does not know; kept over a save.
 pub type Extra = serde_json::Map<String, serde_json::Value>;
 
 /// The version of the stroke file that this program writes.
-pub const STROKE_VERSION: u32 = 1;
+pub const STROKE_VERSION: u32 = 2;
 
 /// A stroke file: operations to be applied in order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -45,7 +46,7 @@ impl std::fmt::Display for OperationId {
     }
 }
 
-/// One stroke: dabs of one brush on one channel of one layer.
+/// One stroke: dabs of one brush on one channel of one layer; or a salon operation, which has a shape instead of dabs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Operation {
     /// Name of the operation, unique in its project.
@@ -60,7 +61,14 @@ pub struct Operation {
     /// The brush's value in the channel's unit; modes erase and smooth ignore it.
     #[serde(default)]
     pub value: StrokeValue,
-    /// Radius of every dab, metres.
+    /// Which points are covered, where dabs do not say it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shape: Option<Shape>,
+    /// True leaves the operation in the list and out of the picture.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub hidden: bool,
+    /// Radius of every dab, and of the neighbourhood that mode smooth evens out, metres; a shape needs it for smoothing only.
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub radius_m: f32,
     /// Coverage at the centre of a dab at full pressure, in [0, 1].
     #[serde(default = "one")]
@@ -68,6 +76,12 @@ pub struct Operation {
     /// Share of the radius that has full coverage, in [0, 1].
     #[serde(default = "half")]
     pub hardness: f32,
+    /// Share of the missing coverage that each dab adds, in (0, 1]; 1 reaches the dab's coverage at once.
+    #[serde(default = "one")]
+    pub flow: f32,
+    /// Mode smooth: how much of the mean is that of neighbouring strands instead of the own one, in [0, 1].
+    #[serde(default)]
+    pub across: f32,
     /// How coverage falls from there to the rim.
     #[serde(default)]
     pub falloff: Falloff,
@@ -77,10 +91,14 @@ pub struct Operation {
     /// Reach strand: half length of the painted stretch in root-to-tip coordinate; absent, the whole strand is painted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub arc_reach: Option<f32>,
-    /// Seed for operations that draw lots; dabs draw none.
+    /// Reach strand: the stretch that is painted, in root-to-tip coordinate, whatever place of the strand was touched.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub arc_range: Option<[f32; 2]>,
+    /// Seed for shapes that draw lots; dabs draw none.
     #[serde(default)]
     pub seed: u64,
     /// The dabs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dabs: Vec<Dab>,
     /// Unknown fields.
     #[serde(flatten)]
@@ -118,7 +136,7 @@ pub enum Mode {
     Multiply,
     /// Towards what lies below the layer.
     Erase,
-    /// Towards the mean over the strand's stretch within a radius.
+    /// Towards the mean over the strand's stretch within a radius, and over neighbouring strands.
     Smooth,
 }
 
@@ -131,6 +149,10 @@ pub enum Falloff {
     Smooth,
     /// A straight line.
     Linear,
+    /// A circle's quarter: full for long, then steep.
+    Round,
+    /// A parabola: steep, then a long thin rim.
+    Sharp,
     /// No fall: full coverage up to the rim.
     Constant,
 }
@@ -186,6 +208,16 @@ fn half() -> f32 {
     0.5
 }
 
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks with a reference")]
+fn is_false(x: &bool) -> bool {
+    !x
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks with a reference")]
+fn is_zero(x: &f32) -> bool {
+    *x == 0.0
+}
+
 impl StrokeFile {
     /// Reads and checks a stroke file.
     ///
@@ -232,6 +264,42 @@ fn prefixed(prefix: &str, problem: Problem) -> Problem {
 }
 
 impl Operation {
+    /// An operation that covers what `shape` says, at full strength.
+    pub fn shaped(id: OperationId, layer: impl Into<String>, shape: Shape, seed: u64) -> Self {
+        Self {
+            id,
+            layer: layer.into(),
+            channel: Channel::Dye,
+            mode: Mode::Replace,
+            value: StrokeValue::default(),
+            shape: Some(shape),
+            hidden: false,
+            radius_m: 0.0,
+            strength: 1.0,
+            hardness: half(),
+            flow: 1.0,
+            across: 0.0,
+            falloff: Falloff::Smooth,
+            reach: Reach::Surface,
+            arc_reach: None,
+            arc_range: None,
+            seed,
+            dabs: Vec::new(),
+            extra: Extra::new(),
+        }
+    }
+
+    /// What a person calls it.
+    pub fn title(&self) -> String {
+        let what = match (&self.shape, self.mode) {
+            (Some(shape), _) => shape.name(),
+            (None, Mode::Erase) => "Erase",
+            (None, Mode::Smooth) => "Smooth",
+            (None, _) => "Paint",
+        };
+        format!("{what} {}", self.channel.name())
+    }
+
     /// Checks every number of the operation.
     ///
     /// # Errors
@@ -245,13 +313,33 @@ impl Operation {
             ));
         }
         // Nothing is larger than a kilometre, and a radius of zero would reach no point.
-        within("radius_m", self.radius_m, f32::MIN_POSITIVE..=1000.0)?;
+        let least = match self.shape {
+            Some(_) if self.mode != Mode::Smooth => 0.0,
+            _ => f32::MIN_POSITIVE,
+        };
+        within("radius_m", self.radius_m, least..=1000.0)?;
+        within("flow", self.flow, f32::MIN_POSITIVE..=1.0)?;
+        within("across", self.across, 0.0..=1.0)?;
         within("strength", self.strength, 0.0..=1.0)?;
         within("hardness", self.hardness, 0.0..=1.0)?;
         if let Some(arc_reach) = self.arc_reach {
             within("arc_reach", arc_reach, f32::MIN_POSITIVE..=1.0)?;
         }
+        if let Some([from, to]) = self.arc_range {
+            within("arc_range", from, 0.0..=1.0)?;
+            within("arc_range", to, from.max(0.0)..=1.0)?;
+        }
         self.check_value()?;
+        if let Some(shape) = &self.shape {
+            shape.check()?;
+            if !self.dabs.is_empty() {
+                return Err(Problem::at(
+                    "dabs",
+                    "an operation with a shape has dabs",
+                    "take out one of the two",
+                ));
+            }
+        }
         check_dabs(&self.dabs)
     }
 

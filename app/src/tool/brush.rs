@@ -1,11 +1,11 @@
 //! The brush: what it paints and how a pointer's path becomes dabs.
 
 use balayage_render::param::Channel;
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 
 use crate::{
     document::Document,
-    paint::{Extra, Falloff, Mode, Operation, OperationId, Reach, StrokeValue},
+    paint::{Extra, Falloff, Mode, Operation, Reach, StrokeValue},
 };
 
 /// What a drag over the hair does.
@@ -14,24 +14,41 @@ pub enum Tool {
     /// Paints the brush's value.
     #[default]
     Paint,
+    /// Paints it along whole strands, between two arc lengths.
+    Comb,
     /// Takes paint off.
     Erase,
-    /// Evens out along strands.
+    /// Evens out along strands and between neighbours.
     Smooth,
+    /// Hides the layer where it is painted.
+    Mask,
+    /// Draws an outline on the scalp that the layer is limited to.
+    Lasso,
     /// Takes the value of the touched hair into the brush.
     Eyedropper,
 }
 
 impl Tool {
     /// Every tool.
-    pub const ALL: [Self; 4] = [Self::Paint, Self::Erase, Self::Smooth, Self::Eyedropper];
+    pub const ALL: [Self; 7] = [
+        Self::Paint,
+        Self::Comb,
+        Self::Erase,
+        Self::Smooth,
+        Self::Mask,
+        Self::Lasso,
+        Self::Eyedropper,
+    ];
 
     /// The tool's name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Paint => "Paint",
+            Self::Comb => "Comb-dye",
             Self::Erase => "Erase",
             Self::Smooth => "Smooth",
+            Self::Mask => "Mask",
+            Self::Lasso => "Lasso",
             Self::Eyedropper => "Eyedropper",
         }
     }
@@ -39,32 +56,19 @@ impl Tool {
     /// What it does, in a sentence.
     pub fn hint(self) -> &'static str {
         match self {
-            Self::Paint => "Drag over the hair to paint the brush's value",
+            Self::Paint => "Drag over the hair to paint the brush's value; Ctrl erases, Shift smooths",
+            Self::Comb => "Drag: paint runs along every touched strand, between the brush's two arc lengths",
             Self::Erase => "Drag to take paint off the layer; what lies below comes back",
-            Self::Smooth => "Drag to even out paint along the strands",
-            Self::Eyedropper => "Click on hair to take its value into the brush",
+            Self::Smooth => "Drag to even out paint along the strands and between neighbours",
+            Self::Mask => "Drag to hide the layer there; Ctrl shows it again",
+            Self::Lasso => "Draw round hair: the layer shows only on strands that are rooted inside",
+            Self::Eyedropper => "Click on hair to take its value into the brush (C)",
         }
     }
-}
 
-/// Dye as a person thinks of it: the colour of white light that has crossed one fibre, linear Rec.709.
-///
-/// Light that crosses a fibre through its axis travels two radii, so the colour is exp(-2 sigma_a).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BrushColor(pub [f32; 3]);
-
-/// The darkest component that has a finite absorption in range.
-const DARKEST: f32 = 1e-4;
-
-impl BrushColor {
-    /// Absorption per fibre radius.
-    pub fn sigma_a(self) -> [f32; 3] {
-        self.0.map(|c| -0.5 * c.clamp(DARKEST, 1.0).ln())
-    }
-
-    /// The colour of an absorption.
-    pub fn of_sigma_a(sigma_a: [f32; 3]) -> Self {
-        Self(sigma_a.map(|s| (-2.0 * s).exp()))
+    /// True where a drag makes a stroke.
+    pub fn strokes(self) -> bool {
+        !matches!(self, Self::Lasso | Self::Eyedropper)
     }
 }
 
@@ -79,38 +83,23 @@ pub struct NaturalLevel {
 }
 
 /// Natural levels from dark to light.
-pub const NATURAL_LEVELS: [NaturalLevel; 6] = [
-    NaturalLevel {
-        name: "Black",
-        eumelanin: 8.0,
-        pheomelanin: 0.0,
-    },
-    NaturalLevel {
-        name: "Dark brown",
-        eumelanin: 2.5,
-        pheomelanin: 0.2,
-    },
-    NaturalLevel {
-        name: "Brown",
-        eumelanin: 1.3,
-        pheomelanin: 0.2,
-    },
-    NaturalLevel {
-        name: "Light brown",
-        eumelanin: 0.7,
-        pheomelanin: 0.2,
-    },
-    NaturalLevel {
-        name: "Blond",
-        eumelanin: 0.25,
-        pheomelanin: 0.1,
-    },
-    NaturalLevel {
-        name: "Platinum",
-        eumelanin: 0.04,
-        pheomelanin: 0.02,
-    },
-];
+pub const NATURAL_LEVELS: [NaturalLevel; 6] = {
+    const fn level(name: &'static str, eumelanin: f32, pheomelanin: f32) -> NaturalLevel {
+        NaturalLevel {
+            name,
+            eumelanin,
+            pheomelanin,
+        }
+    }
+    [
+        level("Black", 8.0, 0.0),
+        level("Dark brown", 2.5, 0.2),
+        level("Brown", 1.3, 0.2),
+        level("Light brown", 0.7, 0.2),
+        level("Blond", 0.25, 0.1),
+        level("Platinum", 0.04, 0.02),
+    ]
+};
 
 /// The brush.
 #[derive(Clone, Debug, PartialEq)]
@@ -119,8 +108,10 @@ pub struct Brush {
     pub channel: Channel,
     /// How its value meets what is there.
     pub mode: Mode,
-    /// The dye's colour; used by channel dye.
-    pub color: BrushColor,
+    /// The dye: absorption per fibre radius, linear Rec.709; used by channel dye.
+    pub dye: [f32; 3],
+    /// Factor on the dye, as if it was mixed stronger or thinner.
+    pub dye_strength: f32,
     /// The value; used by all other channels.
     pub value: f32,
     /// Radius in centimetres.
@@ -133,6 +124,18 @@ pub struct Brush {
     pub falloff: Falloff,
     /// Which strands it reaches.
     pub reach: Reach,
+    /// Distance between dabs as a share of the radius.
+    pub spacing: f32,
+    /// Share of the missing coverage that each dab adds.
+    pub flow: f32,
+    /// Smoothing: how much neighbouring strands count beside the own one.
+    pub across: f32,
+    /// Comb: the stretch that is painted, 0 root, 1 tip.
+    pub arc_range: [f32; 2],
+    /// Paints the other side of the head as well (x to -x).
+    pub mirror: bool,
+    /// A pen's pressure scales the strength.
+    pub uses_pressure: bool,
 }
 
 impl Default for Brush {
@@ -141,13 +144,20 @@ impl Default for Brush {
         Self {
             channel: Channel::Dye,
             mode: Mode::Replace,
-            color: BrushColor([0.75, 0.16, 0.05]),
+            dye: [0.144, 0.916, 1.498],
+            dye_strength: 1.0,
             value: 0.5,
             radius_cm: 2.0,
             strength: 0.8,
             hardness: 0.4,
             falloff: Falloff::Smooth,
             reach: Reach::Surface,
+            spacing: 0.25,
+            flow: 1.0,
+            across: 0.5,
+            arc_range: [0.0, 1.0],
+            mirror: false,
+            uses_pressure: true,
         }
     }
 }
@@ -166,36 +176,59 @@ impl Brush {
         self.strength = (self.strength + step).clamp(0.0, 1.0);
     }
 
-    /// The stroke that `tool` would make on `layer`, without dabs; none for tools that do not paint.
-    pub fn operation(&self, tool: Tool, layer: &str, document: &Document) -> Option<Operation> {
-        let mode = match tool {
-            Tool::Paint => self.mode,
-            Tool::Erase => Mode::Erase,
-            Tool::Smooth => Mode::Smooth,
-            Tool::Eyedropper => return None,
-        };
-        let value = if self.channel == Channel::Dye {
-            StrokeValue::Rgb(self.color.sigma_a())
+    /// The dye at its strength, within the channel's range.
+    pub fn mixed_dye(&self) -> [f32; 3] {
+        let (low, high) = Channel::Dye.range().into_inner();
+        self.dye.map(|x| (x * self.dye_strength).clamp(low, high))
+    }
+
+    /// What the brush paints on its channel.
+    pub fn stroke_value(&self) -> StrokeValue {
+        if self.channel == Channel::Dye {
+            StrokeValue::Rgb(self.mixed_dye())
         } else {
             StrokeValue::Scalar(self.value)
+        }
+    }
+
+    /// The stroke that `tool` would make on `layer`, without dabs; none for tools that do not paint.
+    pub fn operation(&self, tool: Tool, layer: &str, document: &Document) -> Option<Operation> {
+        let (channel, mode, value) = match tool {
+            Tool::Paint | Tool::Comb => (self.channel, self.mode, self.stroke_value()),
+            Tool::Erase => (self.channel, Mode::Erase, StrokeValue::default()),
+            Tool::Smooth => (self.channel, Mode::Smooth, StrokeValue::default()),
+            Tool::Mask => (Channel::Mask, Mode::Replace, StrokeValue::default()),
+            Tool::Lasso | Tool::Eyedropper => return None,
         };
+        let combs = tool == Tool::Comb;
+        let [from, to] = self.arc_range;
         Some(Operation {
-            id: OperationId::Number(document.next_operation_number()),
+            id: document.next_operation_id(),
             layer: layer.to_owned(),
-            channel: self.channel,
+            channel,
             mode,
             value,
+            shape: None,
+            hidden: false,
             radius_m: 0.01 * self.radius_cm,
             strength: self.strength,
             hardness: self.hardness,
+            flow: self.flow,
+            across: if mode == Mode::Smooth { self.across } else { 0.0 },
             falloff: self.falloff,
-            reach: self.reach,
+            reach: if combs { Reach::Strand } else { self.reach },
             arc_reach: None,
+            arc_range: combs.then_some([from.min(to), from.max(to)]),
             seed: 0,
             dabs: Vec::new(),
             extra: Extra::new(),
         })
     }
+}
+
+/// A place on the other side of the head, which is symmetric about x = 0.
+pub fn mirrored(place: Vec3) -> Vec3 {
+    Vec3::new(-place.x, place.y, place.z)
 }
 
 /// The pointer's path through a stroke: dabs at even steps, however fast the pointer moves.
@@ -252,15 +285,12 @@ mod tests {
     }
 
     #[test]
-    fn dye_colours_come_back_from_their_absorption() {
-        let color = BrushColor([0.75, 0.16, 0.05]);
-        let back = BrushColor::of_sigma_a(color.sigma_a()).0;
-        assert!(back.iter().zip(color.0).all(|(a, b)| (a - b).abs() < 1e-6));
-        assert!(
-            BrushColor([0.0; 3])
-                .sigma_a()
-                .iter()
-                .all(|s| Channel::Dye.range().contains(s))
-        );
+    fn a_strong_mix_stays_in_the_channels_range() {
+        let brush = Brush {
+            dye: [0.0, 60.0, 1.0],
+            dye_strength: 4.0,
+            ..Brush::default()
+        };
+        assert_eq!(brush.mixed_dye(), [0.0, 100.0, 4.0]);
     }
 }

@@ -11,7 +11,7 @@ use super::{Command, Editor, editor::Loaded, job::Job, viewer::SceneInput};
 use crate::{
     Problem,
     document::{Document, Edit, Environment, Layer, Opened},
-    tool::ViewCamera,
+    tool::{Tool, ViewCamera},
 };
 
 /// What an unsaved document holds up.
@@ -49,6 +49,13 @@ impl Editor {
             Command::DeleteLight => self.selected_light().is_some(),
             Command::SaveLights => self.lighting.is_some(),
             Command::PlaySequence | Command::NextMap | Command::PreviousMap => self.sequence().is_some(),
+            Command::MergeDown => document.is_some_and(|document| {
+                document
+                    .project()
+                    .layers
+                    .first()
+                    .is_some_and(|layer| layer.id != self.layer)
+            }),
             _ => document.is_some(),
         }
     }
@@ -82,6 +89,9 @@ impl Editor {
             Command::BrushWeaker => self.brush.add_strength(-0.05),
             Command::BrushStronger => self.brush.add_strength(0.05),
             Command::AddLayer => self.add_layer(),
+            Command::DuplicateLayer => self.duplicate_layer(),
+            Command::MergeDown => self.merge_down(),
+            Command::Eyedropper => self.tool = Tool::Eyedropper,
             Command::OpenEnvironment => {
                 self.ask_for_file(
                     context,
@@ -112,12 +122,46 @@ impl Editor {
         }
     }
 
+    /// A number that no layer has in its id.
+    fn free_layer_number(&self) -> usize {
+        let layers = self
+            .document
+            .as_ref()
+            .map_or(&[][..], |document| &document.project().layers);
+        (1..)
+            .find(|n| layers.iter().all(|layer| layer.id != format!("layer-{n}")))
+            .unwrap_or(1)
+    }
+
+    fn duplicate_layer(&mut self) {
+        let id = format!("layer-{}", self.free_layer_number());
+        self.edit(Edit::DuplicateLayer(self.layer.clone(), id.clone()));
+        self.layer = id;
+    }
+
+    fn merge_down(&mut self) {
+        let Some(document) = &self.document else { return };
+        let layers = &document.project().layers;
+        let position = layers.iter().position(|layer| layer.id == self.layer);
+        let below = position
+            .and_then(|position| position.checked_sub(1))
+            .map(|below| layers[below].id.clone());
+        let merged = std::mem::replace(&mut self.layer, below.unwrap_or_default());
+        self.edit(Edit::MergeDown(merged.clone()));
+        // Where merging was refused the layer is still there.
+        let layers = self
+            .document
+            .as_ref()
+            .map_or(&[][..], |document| &document.project().layers);
+        if layers.iter().any(|layer| layer.id == merged) {
+            self.layer = merged;
+        }
+    }
+
     fn add_layer(&mut self) {
         let Some(document) = &self.document else { return };
         let layers = &document.project().layers;
-        let number = (1..)
-            .find(|n| layers.iter().all(|layer| layer.id != format!("layer-{n}")))
-            .unwrap_or(1);
+        let number = self.free_layer_number();
         let id = format!("layer-{number}");
         let edit = Edit::AddLayer(Layer::new(&id, format!("Layer {number}")), layers.len());
         self.edit(edit);

@@ -31,6 +31,12 @@ pub enum Command {
     BrushStronger,
     /// Adds a layer on top.
     AddLayer,
+    /// Copies the chosen layer.
+    DuplicateLayer,
+    /// Joins the chosen layer with the one below.
+    MergeDown,
+    /// Chooses the eyedropper.
+    Eyedropper,
     /// Asks for an environment map.
     OpenEnvironment,
     /// Asks for a light list.
@@ -55,7 +61,7 @@ const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 
 impl Command {
     /// Every command.
-    pub const ALL: [Self; 22] = [
+    pub const ALL: [Self; 25] = [
         Self::Open,
         Self::OpenSample,
         Self::Save,
@@ -69,6 +75,9 @@ impl Command {
         Self::BrushWeaker,
         Self::BrushStronger,
         Self::AddLayer,
+        Self::DuplicateLayer,
+        Self::MergeDown,
+        Self::Eyedropper,
         Self::OpenEnvironment,
         Self::OpenLights,
         Self::OpenSequence,
@@ -96,6 +105,9 @@ impl Command {
             Self::BrushWeaker => "Weaker brush",
             Self::BrushStronger => "Stronger brush",
             Self::AddLayer => "Add layer",
+            Self::DuplicateLayer => "Duplicate layer",
+            Self::MergeDown => "Merge down",
+            Self::Eyedropper => "Take a value from the hair",
             Self::OpenEnvironment => "Environment map…",
             Self::OpenLights => "Light list…",
             Self::OpenSequence => "Sequence of maps…",
@@ -105,6 +117,18 @@ impl Command {
             Self::PreviousMap => "Previous map",
             Self::SaveLights => "Save light list…",
             Self::DeleteLight => "Delete light",
+        }
+    }
+
+    /// What it does, where its name does not say it.
+    pub fn hint(self) -> &'static str {
+        match self {
+            Self::AddLayer => "A new layer on top: paint on it can be faded, masked and moved by itself",
+            Self::DuplicateLayer => "A copy of the chosen layer with all that was done to it",
+            Self::MergeDown => {
+                "Joins the chosen layer with the one below, where that changes nothing to be seen"
+            }
+            _ => "",
         }
     }
 
@@ -139,9 +163,12 @@ impl Command {
                     ]
                 }
             }
+            Self::Eyedropper => const { &[key(Modifiers::NONE, Key::C)] },
             Self::DeleteLight => const { &[key(Modifiers::NONE, Key::Delete)] },
             Self::OpenSample
             | Self::AddLayer
+            | Self::DuplicateLayer
+            | Self::MergeDown
             | Self::OpenEnvironment
             | Self::OpenLights
             | Self::OpenSequence

@@ -13,6 +13,7 @@ use super::{
     command::Command,
     job::Job,
     lighting::{FitKey, Fitted},
+    panel_dye::DyeState,
     panel_light::LightTab,
     theme,
     viewer::{Frame, SceneInput, Viewer, ViewerEvent},
@@ -60,7 +61,9 @@ pub(super) struct ViewOptions {
 pub(super) enum Tab {
     Brush,
     Hair,
+    Operations,
     Light,
+    History,
 }
 
 /// The editor.
@@ -78,7 +81,18 @@ pub struct Editor {
     pub(super) adapter: Option<String>,
     pub(super) tool: Tool,
     pub(super) brush: Brush,
+    pub(super) dyes: DyeState,
+    /// The eyedropper takes the seen colour instead of the stored value.
+    pub(super) picks_seen_colour: bool,
+    /// A pen's pressure; 1 for anything without.
+    pub(super) pressure: f32,
+    /// What the lasso has drawn so far, in points of the screen.
+    pub(super) outline: Vec<glam::Vec2>,
     pub(super) layer: String,
+    /// The operation that is being adjusted, by its place in the project's list.
+    pub(super) operation: Option<usize>,
+    /// The unpainted hair is shown.
+    shows_before: bool,
     pub(super) tab: Tab,
     pub(super) view: ViewOptions,
     pub(super) gesture: Gesture,
@@ -114,7 +128,13 @@ impl Editor {
             adapter: None,
             tool: Tool::default(),
             brush: Brush::default(),
+            dyes: DyeState::default(),
+            picks_seen_colour: false,
+            pressure: 1.0,
+            outline: Vec::new(),
             layer: String::new(),
+            operation: None,
+            shows_before: false,
             tab: Tab::Brush,
             view: ViewOptions {
                 transform: ViewTransform::Neutral,
@@ -210,6 +230,15 @@ impl Editor {
         self.took(result);
     }
 
+    /// Applies an edit that goes on from the newest one where that was of the same kind, as typing does.
+    pub(super) fn edit_on(&mut self, edit: Edit) {
+        let Some(document) = &mut self.document else {
+            return;
+        };
+        let result = document.apply_continuing(edit);
+        self.took(result);
+    }
+
     fn took(&mut self, result: Result<Changes, Problem>) {
         match result {
             Ok(changes) => self.pass_on(&changes),
@@ -221,9 +250,6 @@ impl Editor {
     pub(super) fn pass_on(&mut self, changes: &Changes) {
         let Some(document) = &self.document else { return };
         self.viewer.set_params(document.params(), &changes.points);
-        if changes.hair {
-            self.viewer.set_ratios(document.project().hair.ratios.known);
-        }
         if changes.light {
             self.refresh_light();
         }
@@ -256,7 +282,6 @@ impl Editor {
         let all = crate::paint::DirtyRanges::all(document.groom().point_count());
         self.viewer.set_scene(scene);
         self.viewer.set_params(document.params(), &all);
-        self.viewer.set_ratios(document.project().hair.ratios.known);
     }
 
     /// Takes what the drawing thread reports.
@@ -317,7 +342,16 @@ impl Editor {
         let menus: [(&str, &[C]); 4] = [
             ("File", &[C::Open, C::OpenSample, C::Save, C::SaveAs, C::Quit]),
             ("Edit", &[C::Undo, C::Redo]),
-            ("Hair", &[C::FrameHair, C::AddLayer]),
+            (
+                "Hair",
+                &[
+                    C::FrameHair,
+                    C::AddLayer,
+                    C::DuplicateLayer,
+                    C::MergeDown,
+                    C::Eyedropper,
+                ],
+            ),
             (
                 "Light",
                 &[
@@ -408,16 +442,57 @@ impl Editor {
             self.layers_panel(ui);
             ui.separator();
             ui.horizontal(|ui| {
-                ui.selectable_value(&mut self.tab, Tab::Brush, "Brush");
-                ui.selectable_value(&mut self.tab, Tab::Hair, "Hair");
-                ui.selectable_value(&mut self.tab, Tab::Light, "Light");
+                for (tab, name) in [
+                    (Tab::Brush, "Brush"),
+                    (Tab::Hair, "Hair"),
+                    (Tab::Light, "Light"),
+                    (Tab::Operations, "Operations"),
+                    (Tab::History, "History"),
+                ] {
+                    ui.selectable_value(&mut self.tab, tab, name);
+                }
             });
             match self.tab {
                 Tab::Brush => self.brush_panel(ui),
                 Tab::Hair => self.hair_panel(ui),
                 Tab::Light => self.light_panel(ui),
+                Tab::Operations => self.operations_panel(ui),
+                Tab::History => self.history_panel(ui),
             }
         });
+    }
+}
+
+impl Editor {
+    /// Follows a pen's pressure; a mouse presses fully.
+    fn read_pen(&mut self, context: &Context) {
+        context.input(|input| {
+            for event in &input.events {
+                match event {
+                    egui::Event::Touch {
+                        force: Some(force), ..
+                    } => self.pressure = force.clamp(0.0, 1.0),
+                    egui::Event::MouseMoved(_) => self.pressure = 1.0,
+                    _ => {}
+                }
+            }
+        });
+    }
+
+    /// Shows the unpainted hair while B is held.
+    fn show_before(&mut self, context: &Context) {
+        let held =
+            !context.egui_wants_keyboard_input() && context.input(|input| input.key_down(egui::Key::B));
+        let Some(document) = &self.document else { return };
+        if held != self.shows_before {
+            self.shows_before = held;
+            let all = crate::paint::DirtyRanges::all(document.groom().point_count());
+            if held {
+                self.viewer.set_params(&document.unpainted_params(), &all);
+            } else {
+                self.viewer.set_params(document.params(), &all);
+            }
+        }
     }
 }
 
@@ -448,6 +523,9 @@ impl eframe::App for Editor {
             self.slider = None;
         }
         self.drive_sequence(&context);
+        self.read_pen(&context);
+        self.show_before(&context);
+        self.refresh_colours();
 
         Panel::top("menu").show(ui, |ui| self.menu_bar(ui));
         Panel::bottom("status").show(ui, |ui| self.status_bar(ui));
@@ -456,7 +534,7 @@ impl eframe::App for Editor {
             .default_size(104.0)
             .show(ui, |ui| self.tool_bar(ui));
         Panel::right("dock")
-            .default_size(300.0)
+            .default_size(324.0)
             .show(ui, |ui| self.right_dock(ui));
         egui::CentralPanel::no_frame().show(ui, |ui| self.viewport(ui));
         self.guard_dialog(&context);

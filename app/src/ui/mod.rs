@@ -9,14 +9,19 @@ mod light_inspector;
 mod light_map;
 mod lighting;
 mod panel_brush;
+mod panel_dye;
 mod panel_hair;
+mod panel_history;
 mod panel_layers;
 mod panel_light;
+mod panel_mask;
+mod panel_operations;
 mod sequence;
 mod status;
 mod theme;
 mod viewer;
 mod viewport;
+mod widgets;
 
 use std::path::PathBuf;
 

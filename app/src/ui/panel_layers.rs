@@ -1,18 +1,17 @@
 //! The list of layers, top first.
 
-use egui::{Slider, Ui};
+use egui::{Role, Ui, WidgetInfo};
 
-use super::{Command, Editor};
+use super::{
+    Command, Editor,
+    widgets::{Number, choice},
+};
 use crate::document::{Blend, Edit, Layer};
 
-const BLENDS: [(Blend, &str, &str); 3] = [
-    (Blend::Replace, "Replace", "Strokes act on what lies below"),
-    (Blend::Add, "Add", "Paint is added to what lies below"),
-    (
-        Blend::Multiply,
-        "Multiply",
-        "Paint is a factor on what lies below",
-    ),
+const BLENDS: [(Blend, &str); 3] = [
+    (Blend::Replace, "Replace"),
+    (Blend::Add, "Add"),
+    (Blend::Multiply, "Multiply"),
 ];
 
 impl Editor {
@@ -22,9 +21,12 @@ impl Editor {
         for (position, layer) in layers.iter().enumerate().rev() {
             ui.horizontal(|ui| self.layer_row(ui, layer, position, layers.len()));
         }
-        ui.horizontal(|ui| {
-            if ui.button("Add layer").clicked() {
-                self.run(ui.ctx(), Command::AddLayer);
+        ui.horizontal_wrapped(|ui| {
+            for command in [Command::AddLayer, Command::DuplicateLayer, Command::MergeDown] {
+                let button = ui.add_enabled(self.is_enabled(command), egui::Button::new(command.label()));
+                if button.on_hover_text(command.hint()).clicked() {
+                    self.run(ui.ctx(), command);
+                }
             }
             let remove = ui.add_enabled(layers.len() > 1, egui::Button::new("Remove layer"));
             if remove
@@ -36,6 +38,15 @@ impl Editor {
         });
         if let Some(layer) = layers.iter().find(|layer| layer.id == self.layer) {
             self.layer_settings(ui, layer);
+            let count = layer.mask.parts.len();
+            let title = if count > 0 {
+                format!("Mask ({count})")
+            } else {
+                "Mask".to_owned()
+            };
+            egui::CollapsingHeader::new(title)
+                .id_salt("mask")
+                .show(ui, |ui| self.mask_panel(ui, layer));
         }
     }
 
@@ -43,9 +54,7 @@ impl Editor {
         let mut visible = layer.visible;
         let name = &layer.name;
         let check = ui.checkbox(&mut visible, "").on_hover_text("Visible");
-        check.widget_info(|| {
-            egui::WidgetInfo::selected(egui::Role::CheckBox, true, visible, format!("Show {name}"))
-        });
+        check.widget_info(|| WidgetInfo::selected(Role::CheckBox, true, visible, format!("Show {name}")));
         if check.changed() {
             self.edit(Edit::SetLayer(Layer {
                 visible,
@@ -54,6 +63,7 @@ impl Editor {
         }
         if ui.selectable_label(self.layer == layer.id, name).clicked() {
             self.layer.clone_from(&layer.id);
+            self.operation = None;
         }
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             for (arrow, to, possible, what) in [
@@ -62,7 +72,7 @@ impl Editor {
             ] {
                 let button = ui.add_enabled(possible, egui::Button::new(arrow).small());
                 button.widget_info(|| {
-                    egui::WidgetInfo::labeled(egui::Role::Button, possible, format!("Move {name} {what}"))
+                    WidgetInfo::labeled(Role::Button, possible, format!("Move {name} {what}"))
                 });
                 if button.clicked() {
                     self.edit(Edit::MoveLayer(layer.id.clone(), to));
@@ -72,34 +82,27 @@ impl Editor {
     }
 
     fn layer_settings(&mut self, ui: &mut Ui, layer: &Layer) {
-        let mut opacity = layer.opacity;
-        let slider = ui.add(Slider::new(&mut opacity, 0.0..=1.0).text("Opacity"));
-        if slider.changed() {
-            self.edit_by(
-                &slider,
-                Edit::SetLayer(Layer {
-                    opacity,
-                    ..layer.clone()
-                }),
-            );
-        }
-        let mut blend = layer.blend;
-        let current = BLENDS
-            .iter()
-            .find(|(value, ..)| *value == blend)
-            .map_or("", |(_, name, _)| name);
-        egui::ComboBox::from_label("Blend")
-            .selected_text(current)
-            .show_ui(ui, |ui| {
-                for (value, name, hint) in BLENDS {
-                    ui.selectable_value(&mut blend, value, name).on_hover_text(hint);
-                }
-            });
-        if blend != layer.blend {
-            self.edit(Edit::SetLayer(Layer {
-                blend,
-                ..layer.clone()
-            }));
+        let mut changed = layer.clone();
+        ui.horizontal(|ui| {
+            let field = ui.add(egui::TextEdit::singleline(&mut changed.name).desired_width(150.0));
+            field.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "Layer name"));
+            ui.label("Name");
+        });
+        let (slider, moved) = Number::new("Opacity", 0.0..=1.0, 1.0, "How much of the layer shows")
+            .show(ui, &mut changed.opacity);
+        let blended = choice(ui, "Blend", &mut changed.blend, BLENDS);
+        ui.weak(match layer.blend {
+            Blend::Replace => "Paint acts on what lies below",
+            Blend::Add => "Paint is added to what lies below",
+            Blend::Multiply => "Paint is a factor on what lies below",
+        });
+        if moved {
+            self.edit_by(&slider, Edit::SetLayer(changed));
+        } else if changed.name != layer.name {
+            // Typing a name is one entry.
+            self.edit_on(Edit::SetLayer(changed));
+        } else if blended {
+            self.edit(Edit::SetLayer(changed));
         }
     }
 }

@@ -11,7 +11,7 @@ use balayage_render::{
     gpu::{Camera, FrameReport, Gpu, GpuError, Quality, RenderSettings, Renderer},
     groom::{Groom, Mesh},
     light::{EnvironmentMap, LightSet},
-    param::{LobeRatios, VertexParams},
+    param::VertexParams,
 };
 use glam::Vec3;
 
@@ -104,7 +104,6 @@ pub(super) enum ViewerEvent {
 struct Inbox {
     scene: Option<SceneInput>,
     params: Option<(Vec<VertexParams>, DirtyRanges)>,
-    ratios: Option<LobeRatios>,
     light: Option<LightInput>,
     view: Option<ViewRequest>,
     quit: bool,
@@ -114,7 +113,6 @@ impl Inbox {
     fn is_empty(&self) -> bool {
         self.scene.is_none()
             && self.params.is_none()
-            && self.ratios.is_none()
             && self.light.is_none()
             && self.view.is_none()
             && !self.quit
@@ -180,10 +178,6 @@ impl Viewer {
         });
     }
 
-    pub(super) fn set_ratios(&mut self, ratios: LobeRatios) {
-        self.send(|inbox| inbox.ratios = Some(ratios));
-    }
-
     pub(super) fn set_light(&mut self, light: LightInput) {
         self.send(|inbox| inbox.light = Some(light));
     }
@@ -241,7 +235,6 @@ struct Worker {
     renderer: Option<Renderer>,
     scene: Option<SceneInput>,
     params: Vec<VertexParams>,
-    ratios: LobeRatios,
     light: Option<LightInput>,
     view: Option<ViewRequest>,
     /// What the last picture was drawn with, where nothing but parameters changed since.
@@ -257,7 +250,6 @@ impl Worker {
             renderer: None,
             scene: None,
             params: Vec::new(),
-            ratios: LobeRatios::default(),
             light: None,
             view: None,
             last: None,
@@ -381,8 +373,6 @@ impl Worker {
             self.params = params;
             dirty = changed;
         }
-        let new_ratios = inbox.ratios.is_some_and(|ratios| ratios != self.ratios);
-        self.ratios = inbox.ratios.unwrap_or(self.ratios);
         let new_light = inbox.light.is_some();
         let shown_map = self.light.as_ref().and_then(|light| light.background.clone());
         self.light = inbox.light.or(self.light.take());
@@ -405,11 +395,9 @@ impl Worker {
         if fresh || new_scene {
             renderer.set_groom(&scene.groom, scene.head.as_deref())?;
         }
-        // What is kept of the ratios and the groom is kept with the parameters.
-        if fresh || new_scene || new_ratios {
+        if fresh || new_scene {
             dirty = DirtyRanges::all(self.params.len());
         }
-        renderer.set_ratios(self.ratios);
         if self.params.len() == scene.groom.point_count() && !dirty.is_empty() {
             renderer.set_params(&self.params, dirty.ranges())?;
         }

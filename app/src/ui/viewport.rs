@@ -9,9 +9,9 @@ use super::{
     viewer::{Motion, ViewRequest},
 };
 use crate::{
-    document::Edit,
-    paint::{Dab, Reach},
-    tool::{BrushColor, StrokePath, Tool, dab_at, dabs_through},
+    document::{Edit, Layer},
+    paint::{Dab, Mask, MaskKind, MaskPart, Mode, Reach},
+    tool::{StrokePath, Tool, dab_at, dabs_through, mirrored},
 };
 use balayage_render::param::Channel;
 
@@ -33,10 +33,12 @@ pub(super) enum Gesture {
     SizeBrush,
     /// A stroke; its path in points of the screen.
     Stroke(StrokePath),
+    /// An outline is drawn; its path in points of the screen.
+    Lasso(StrokePath),
 }
 
-/// Dabs of a stroke are that share of the brush's radius apart on the screen.
-const SPACING: f32 = 0.25;
+/// Distance between the corners of a lasso's outline, in points of the screen.
+const LASSO_STEP: f32 = 8.0;
 
 impl Editor {
     pub(super) fn viewport(&mut self, ui: &mut Ui) {
@@ -99,6 +101,7 @@ impl Editor {
             },
             motion: match self.gesture {
                 Gesture::Stroke(_) => Motion::Painting,
+                Gesture::Lasso(_) => Motion::Still,
                 Gesture::None | Gesture::SizeBrush if self.slider.is_none() && !self.is_playing() => {
                     Motion::Still
                 }
@@ -122,8 +125,15 @@ impl Editor {
         if response.hovered() && wheel != 0.0 {
             self.look(|camera| camera.zoom(0.004 * wheel));
         }
-        if escape && matches!(self.gesture, Gesture::Stroke(_)) {
-            self.cancel_stroke();
+        if escape {
+            match self.gesture {
+                Gesture::Stroke(_) => self.cancel_stroke(),
+                Gesture::Lasso(_) => {
+                    self.outline.clear();
+                    self.gesture = Gesture::None;
+                }
+                _ => {}
+            }
         }
         let pressed = [
             PointerButton::Primary,
@@ -162,11 +172,20 @@ impl Editor {
                 self.drag_handle(response, rect, offset, is_near);
             }
             Gesture::Stroke(path) => self.continue_stroke(path, response, rect),
+            Gesture::Lasso(mut path) => {
+                if let Some(at) = response.interact_pointer_pos() {
+                    let places = path.advance(Vec2::new(at.x, at.y), LASSO_STEP);
+                    self.outline.extend(places);
+                    self.gesture = Gesture::Lasso(path);
+                }
+            }
             Gesture::MoveLight { .. } | Gesture::TurnLight | Gesture::None => {}
         }
         if !ui.input(|input| input.pointer.any_down()) {
-            if let (Gesture::Stroke(_), Some(document)) = (self.gesture, &mut self.document) {
-                document.commit_stroke();
+            match (self.gesture, &mut self.document) {
+                (Gesture::Stroke(_), Some(document)) => document.commit_stroke(),
+                (Gesture::Lasso(_), Some(_)) => self.close_lasso(rect),
+                _ => {}
             }
             self.gesture = Gesture::None;
         }
@@ -204,6 +223,11 @@ impl Editor {
                     self.pick_value(at, rect);
                     Gesture::None
                 }
+                Some(at) if self.tool == Tool::Lasso => {
+                    let place = Vec2::new(at.x, at.y);
+                    self.outline = vec![place];
+                    Gesture::Lasso(StrokePath::new(place))
+                }
                 Some(at) => self.begin_stroke(at, rect, modifiers),
                 None => Gesture::None,
             },
@@ -217,19 +241,57 @@ impl Editor {
         }
     }
 
+    /// Limits the layer to strands that are rooted inside the outline that was drawn: each of its corners counts as the root of
+    /// the strand that is seen there.
+    fn close_lasso(&mut self, rect: Rect) {
+        let outline = std::mem::take(&mut self.outline);
+        let roots: Vec<[f32; 3]> = outline
+            .into_iter()
+            .filter_map(|place| self.dabs(place, rect).first().map(|dab| dab.root))
+            .collect();
+        let layer = self.document.as_ref().and_then(|document| {
+            let layers = &document.project().layers;
+            layers.iter().find(|layer| layer.id == self.layer).cloned()
+        });
+        let Some(layer) = layer else { return };
+        if roots.len() < 3 {
+            self.say("Lasso: draw round hair, so that the outline meets strands");
+            return;
+        }
+        let part = MaskPart {
+            kind: MaskKind::Region {
+                outline: roots,
+                soften_mm: 5.0,
+            },
+            invert: false,
+        };
+        let mut parts = layer.mask.parts.clone();
+        parts.push(part);
+        self.edit(Edit::SetLayer(Layer {
+            mask: Mask {
+                parts,
+                ..layer.mask.clone()
+            },
+            ..layer
+        }));
+    }
+
     /// Starts a stroke; Ctrl inverts it (erases), Shift smooths.
     fn begin_stroke(&mut self, at: Pos2, rect: Rect, modifiers: Modifiers) -> Gesture {
         let tool = match self.tool {
-            Tool::Paint if modifiers.shift => Tool::Smooth,
-            Tool::Paint if modifiers.command => Tool::Erase,
+            Tool::Paint | Tool::Comb if modifiers.shift => Tool::Smooth,
+            Tool::Paint | Tool::Comb if modifiers.command => Tool::Erase,
             tool => tool,
         };
         let Some(document) = &mut self.document else {
             return Gesture::None;
         };
-        let Some(operation) = self.brush.operation(tool, &self.layer, document) else {
+        let Some(mut operation) = self.brush.operation(tool, &self.layer, document) else {
             return Gesture::None;
         };
+        if tool == Tool::Mask && modifiers.command {
+            operation.mode = Mode::Erase;
+        }
         if let Err(problem) = document.begin_stroke(operation) {
             self.complain(&problem);
             return Gesture::None;
@@ -243,7 +305,7 @@ impl Editor {
         let Some(at) = response.interact_pointer_pos() else {
             return;
         };
-        let step = (SPACING * self.ring_radius(at, rect)).max(2.0);
+        let step = (self.brush.spacing * self.ring_radius(at, rect)).max(2.0);
         let places = path.advance(Vec2::new(at.x, at.y), step);
         self.gesture = Gesture::Stroke(path);
         self.paint_at(&places, rect);
@@ -281,10 +343,22 @@ impl Editor {
         };
         let radius = 0.01 * self.brush.radius_cm / document.groom().metres_per_unit();
         let index = document.index();
-        if self.brush.reach == Reach::Through {
-            return dabs_through(index, picks.camera.position(), point, radius, 1.0);
-        }
-        dab_at(index, point, radius, 1.0).into_iter().collect()
+        let pressure = if self.brush.uses_pressure {
+            self.pressure
+        } else {
+            1.0
+        };
+        let eye = picks.camera.position();
+        let sides = [(eye, point), (mirrored(eye), mirrored(point))];
+        let count = if self.brush.mirror { 2 } else { 1 };
+        let of_side = |(eye, point)| {
+            if self.brush.reach == Reach::Through && self.tool != Tool::Comb {
+                dabs_through(index, eye, point, radius, pressure)
+            } else {
+                dab_at(index, point, radius, pressure).into_iter().collect()
+            }
+        };
+        sides.into_iter().take(count).flat_map(of_side).collect()
     }
 
     /// Takes the value of the touched hair into the brush.
@@ -302,9 +376,21 @@ impl Editor {
                     nearest = (distance, point);
                 }
             });
-        let values = document.values()[nearest.1 as usize];
+        let point = nearest.1 as usize;
+        if self.picks_seen_colour {
+            let sigma_a = document.params()[point].sigma_a;
+            self.brush.channel = Channel::Dye;
+            self.brush.dye = sigma_a;
+            self.brush.dye_strength = 1.0;
+            self.say("Took the seen colour from the hair: all of its absorption, as dye for bleached hair");
+            return;
+        }
+        let values = document.values()[point];
         match self.brush.channel {
-            Channel::Dye => self.brush.color = BrushColor::of_sigma_a(values.dye),
+            Channel::Dye => {
+                self.brush.dye = values.dye;
+                self.brush.dye_strength = 1.0;
+            }
             channel => self.brush.value = values.get(channel)[0],
         }
         self.say(format!("Took {} from the hair", self.brush.channel.name()));
@@ -335,16 +421,21 @@ impl Editor {
             ui.ctx().set_cursor_icon(egui::CursorIcon::Grab);
             return;
         }
-        if self.tool == Tool::Eyedropper {
+        let painter = ui.painter_at(rect);
+        if !self.tool.strokes() {
             ui.ctx().set_cursor_icon(egui::CursorIcon::Crosshair);
+            let outline: Vec<Pos2> = self.outline.iter().map(|p| Pos2::new(p.x, p.y)).collect();
+            painter.add(egui::Shape::closed_line(
+                outline,
+                Stroke::new(1.5, Color32::from_gray(230)),
+            ));
             return;
         }
         let radius = self.ring_radius(at, rect);
         let color = match (self.tool, self.brush.channel) {
-            (Tool::Paint, Channel::Dye) => swatch(self.brush.color),
+            (Tool::Paint | Tool::Comb, Channel::Dye) => swatch(self.dyes.seen),
             _ => Color32::from_gray(220),
         };
-        let painter = ui.painter_at(rect);
         painter.circle_stroke(at, radius, Stroke::new(3.0, Color32::from_black_alpha(120)));
         painter.circle_stroke(at, radius, Stroke::new(1.5, color));
         painter.circle_stroke(
@@ -360,9 +451,8 @@ fn in_picture(place: Vec2, rect: Rect) -> Vec2 {
     (place - Vec2::new(rect.min.x, rect.min.y)) / Vec2::new(rect.width().max(1.0), rect.height().max(1.0))
 }
 
-/// A dye's colour on the screen.
-pub(super) fn swatch(color: BrushColor) -> Color32 {
-    let [r, g, b] = color.0;
+/// A colour of hair on the screen, linear Rec.709.
+pub(super) fn swatch([r, g, b]: [f32; 3]) -> Color32 {
     egui::Rgba::from_rgb(r, g, b).into()
 }
 

@@ -18,7 +18,7 @@ use super::{Gpu, GpuError};
 use crate::groom::{DEFAULT_MAX_TURN_RAD, Groom, Mesh, RefinedGroom, undergrowth};
 use crate::image::Picture;
 use crate::light::{EnvironmentMap, LightSet, SrbfLight};
-use crate::param::{LobeRatios, VertexParams};
+use crate::param::VertexParams;
 use crate::volume::{Occluder, VolumeSettings};
 
 /// How a frame is drawn; what is drawn is the renderer's state.
@@ -137,7 +137,6 @@ pub struct Renderer {
     view: ViewPass,
     transmittance: Transmittance,
     scene: Option<SceneBuffers>,
-    ratios: LobeRatios,
     lights: LightBuffers,
     background: Background,
     target: Option<PictureBuffers>,
@@ -184,7 +183,6 @@ impl Renderer {
             view: ViewPass::new(gpu)?,
             transmittance: Transmittance::new(gpu)?,
             scene: None,
-            ratios: LobeRatios::default(),
             lights: LightBuffers {
                 set: LightSet::default(),
                 lights: Vec::new(),
@@ -271,17 +269,9 @@ impl Renderer {
             scene.strands.forget_points(&self.gpu, range.clone());
         }
         self.transmittance
-            .set_params(&scene.params, MeanFibre::of(params, &self.ratios));
+            .set_params(&scene.params, MeanFibre::of(params));
         self.stale.picture = true;
         Ok(())
-    }
-
-    /// Takes the ratios of TT's and TRT's tilt and width to R's; parameters have to follow.
-    pub fn set_ratios(&mut self, ratios: LobeRatios) {
-        if self.ratios != ratios {
-            self.ratios = ratios;
-            self.stale.shading = true;
-        }
     }
 
     /// Takes the lights, rotated and exposed as they shall be seen.
@@ -426,7 +416,6 @@ impl Renderer {
                     real_light_count: self.lights.set.lights.len() as u32,
                     constant: self.lights.set.constant,
                     transmittance: &self.transmittance,
-                    ratios: self.ratios,
                 };
                 let done = report.time(&gpu, "strand shading", |_| {
                     self.shade.run(&gpu, &settings.shade, &scene.strands, &inputs)

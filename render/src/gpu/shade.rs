@@ -9,7 +9,6 @@ use super::tables::scattering_tables;
 use super::transmittance::{LightBatch, Transmittance};
 use super::work_list::{DONE, Lister};
 use super::{Gpu, GpuError, Kernel, Method, Quality};
-use crate::param::LobeRatios;
 
 /// How light that has crossed other fibres is added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -77,8 +76,6 @@ pub struct ShadeUniform {
     vertex_count: u32,
     constant: [f32; 3],
     point_count: u32,
-    alpha_ratios: [f32; 2],
-    beta_ratios: [f32; 2],
     terms: u32,
     first_light: u32,
     light_count: u32,
@@ -102,8 +99,6 @@ pub struct ShadeInputs<'a> {
     pub constant: Vec3,
     /// Records per (point, light).
     pub transmittance: &'a Transmittance,
-    /// Tilts and widths of TT and TRT to R.
-    pub ratios: LobeRatios,
 }
 
 /// The two passes, compiled for the method that was used last.
@@ -290,8 +285,6 @@ fn runs<'a>(settings: &ShadeSettings, strands: &StrandBuffers, inputs: &ShadeInp
                 vertex_count: strands.vertex_count,
                 constant: constant.to_array(),
                 point_count: strands.point_count,
-                alpha_ratios: [inputs.ratios.alpha_tt, inputs.ratios.alpha_trt],
-                beta_ratios: [inputs.ratios.beta_tt, inputs.ratios.beta_trt],
                 terms: settings.terms.0,
                 first_light: lights.start,
                 light_count: lights.len() as u32,

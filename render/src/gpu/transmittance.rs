@@ -11,7 +11,7 @@ use super::work_list::{DONE, Lister, WorkList};
 use super::{Gpu, GpuError, Kernel, Method, Model};
 use crate::gpu::tables::scattering_tables;
 use crate::light::SrbfLight;
-use crate::param::{LobeRatios, VertexParams};
+use crate::param::VertexParams;
 use crate::volume::lobe::{LobeDirection, LobeLight, exact_tables, lobe_tables};
 use crate::volume::{DensityVolume, Grid, Occluder, Strands, VolumeSettings};
 
@@ -132,17 +132,25 @@ pub struct MeanFibre {
 
 impl MeanFibre {
     /// Mean of all points' parameters; of the default parameters where there are none. beta is the root of the mean of beta^2.
-    pub fn of(params: &[VertexParams], ratios: &LobeRatios) -> Self {
+    pub fn of(params: &[VertexParams]) -> Self {
         let count = params.len().max(1) as f64;
         let mean = |value: fn(&VertexParams) -> f64| params.iter().map(value).sum::<f64>() / count;
-        let alpha = mean(|p| f64::from(p.alpha_rad)) as f32;
-        let beta = mean(|p| f64::from(p.beta_rad).powi(2)).sqrt() as f32;
+        let alpha_of = |lobe: fn(&VertexParams) -> f64| mean(lobe) as f32;
+        let beta_of = |lobe: fn(&VertexParams) -> f64| mean(lobe).sqrt() as f32;
         Self {
             sigma_a: [0.0; 3],
             eta: mean(|p| f64::from(p.eta)) as f32,
-            alpha: [alpha, alpha * ratios.alpha_tt, alpha * ratios.alpha_trt],
+            alpha: [
+                alpha_of(|p| f64::from(p.alpha_rad)),
+                alpha_of(|p| f64::from(p.alpha_rad * p.alpha_ratios[0])),
+                alpha_of(|p| f64::from(p.alpha_rad * p.alpha_ratios[1])),
+            ],
             eccentricity: 1.0,
-            beta: [beta, beta * ratios.beta_tt, beta * ratios.beta_trt],
+            beta: [
+                beta_of(|p| f64::from(p.beta_rad).powi(2)),
+                beta_of(|p| f64::from(p.beta_rad * p.beta_ratios[0]).powi(2)),
+                beta_of(|p| f64::from(p.beta_rad * p.beta_ratios[1]).powi(2)),
+            ],
             azimuthal_width: mean(|p| f64::from(p.azimuthal_width)) as f32,
         }
     }

@@ -51,7 +51,7 @@ impl CrossSection {
     }
 
     /// The largest gamma at which light enters: pi/2, or the critical angle of an optically thinner fibre.
-    fn gamma_max(&self) -> f64 {
+    pub(super) fn gamma_max(&self) -> f64 {
         if self.eta_prime_excess >= 0.0 {
             return FRAC_PI_2;
         }
@@ -79,24 +79,29 @@ impl CrossSection {
 
     /// Attenuation A(p, h) per channel: Xu 2011, Eq 10, with T^p along the true chords and Fresnel at the 3D angle.
     pub fn attenuation(&self, p: u32, gamma: f64, sigma_a: &Rgb) -> Rgb {
+        let (surface, chords) = self.surface_and_chords(p, gamma);
+        sigma_a.map(|sigma| surface * (-sigma * chords).exp())
+    }
+
+    /// What the surface leaves of the path of order p that enters at gamma, and the length inside, in fibre radii.
+    pub(super) fn surface_and_chords(&self, p: u32, gamma: f64) -> (f64, f64) {
         let cos_gamma = gamma.cos();
         let cos_i = self.cos_theta_d * cos_gamma;
         let f = fresnel(self.eta, cos_i);
         if p == 0 {
-            return [f; 3];
+            return (f, 0.0);
         }
         let surface = transmission(self.eta, cos_i).powi(2) * f.powi(p as i32 - 1);
         if surface == 0.0 {
-            return [0.0; 3];
+            return (0.0, 0.0);
         }
         let cos_gamma_t =
             ((self.eta_prime_excess + cos_gamma * cos_gamma).max(0.0) / self.eta_prime_squared()).sqrt();
-        let chords = 2.0 * f64::from(p) * cos_gamma_t / self.cos_theta_t;
-        sigma_a.map(|sigma| surface * (-sigma * chords).exp())
+        (surface, 2.0 * f64::from(p) * cos_gamma_t / self.cos_theta_t)
     }
 
     /// The gamma in (0, gamma_max) where the exit azimuth turns back: the caustic, for 1 < eta' < p.
-    fn caustic(&self, p: u32) -> Option<f64> {
+    pub(super) fn caustic(&self, p: u32) -> Option<f64> {
         let p2 = f64::from(p * p);
         let h2 = (p2 - self.eta_prime_squared()) / (p2 - 1.0);
         (p >= 2 && h2 > 0.0 && h2 < 1.0).then(|| h2.sqrt().asin())
@@ -149,6 +154,11 @@ impl CrossSection {
             gamma = next;
         }
         gamma
+    }
+
+    /// Exit azimuth of the path of order p that enters at gamma, radians.
+    pub(super) fn exit_azimuth(&self, p: u32, gamma: f64) -> f64 {
+        self.path(p, gamma).phi
     }
 
     /// Integral over the offset of A(p, h) / 2 times the kernel at phi - Phi(p, h): what N_p becomes once it has been

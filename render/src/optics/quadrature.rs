@@ -139,14 +139,23 @@ fn kronrod<const N: usize>(f: &mut impl FnMut(f64) -> [f64; N], from: f64, to: f
     }
 }
 
+/// Nodes and weights of the 7-point Gauss rule on one interval.
+pub(super) fn gauss_7_nodes(from: f64, to: f64) -> [(f64, f64); 7] {
+    let (centre, half) = (0.5 * (from + to), 0.5 * (to - from));
+    std::array::from_fn(|i| {
+        // Outermost first, the centre last, then back out.
+        let k = if i < 4 { i } else { 6 - i };
+        let step = NODES[2 * k + 1] * if i < 4 { -half } else { half };
+        (centre + step, half * GAUSS[k])
+    })
+}
+
 /// The 7-point Gauss rule on one interval, for integrands that it resolves to the last digits.
 pub(super) fn gauss_7(f: impl Fn(f64) -> f64, from: f64, to: f64) -> f64 {
-    let (centre, half) = (0.5 * (from + to), 0.5 * (to - from));
-    let pairs = [1, 3, 5].map(|k| {
-        let step = NODES[k] * half;
-        GAUSS[k / 2] * (f(centre - step) + f(centre + step))
-    });
-    half * (pairs.iter().sum::<f64>() + GAUSS[3] * f(centre))
+    gauss_7_nodes(from, to)
+        .into_iter()
+        .map(|(x, weight)| weight * f(x))
+        .sum()
 }
 
 /// Integrates N functions over [from, to], halving the worst interval until each is within `tolerance` (a bare number is relative).

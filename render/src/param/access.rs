@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use super::{Channel, PointValues};
 
 impl Channel {
-    /// Every channel, in the order of [`PointValues`].
+    /// Every channel that points hold a value of, in the order of [`PointValues`].
     pub const ALL: [Self; 9] = [
         Self::Eumelanin,
         Self::Pheomelanin,
@@ -30,6 +30,7 @@ impl Channel {
             Self::AzimuthalDeg => "azimuthal_deg",
             Self::Eta => "eta",
             Self::Eccentricity => "eccentricity",
+            Self::Mask => "mask",
         }
     }
 
@@ -45,7 +46,7 @@ impl Channel {
     pub fn range(self) -> RangeInclusive<f32> {
         match self {
             Self::Eumelanin | Self::Pheomelanin => 0.0..=50.0,
-            Self::Bleach => 0.0..=1.0,
+            Self::Bleach | Self::Mask => 0.0..=1.0,
             Self::Dye => 0.0..=100.0,
             Self::AlphaDeg => -30.0..=30.0,
             Self::BetaDeg => 0.5..=60.0,
@@ -57,7 +58,7 @@ impl Channel {
 }
 
 impl PointValues {
-    /// The point's values of `channel`; of a channel with one component the other two are zero.
+    /// The point's values of `channel`; of a channel with one component the other two are zero. A mask is open.
     pub fn get(&self, channel: Channel) -> [f32; 3] {
         match channel {
             Channel::Eumelanin => [self.eumelanin, 0.0, 0.0],
@@ -69,10 +70,11 @@ impl PointValues {
             Channel::AzimuthalDeg => [self.azimuthal_deg, 0.0, 0.0],
             Channel::Eta => [self.eta, 0.0, 0.0],
             Channel::Eccentricity => [self.eccentricity, 0.0, 0.0],
+            Channel::Mask => [1.0, 0.0, 0.0],
         }
     }
 
-    /// Sets `channel` to the first [`Channel::components`] of `value`.
+    /// Sets `channel` to the first [`Channel::components`] of `value`; a mask is no value of a point.
     pub fn set(&mut self, channel: Channel, value: [f32; 3]) {
         match channel {
             Channel::Eumelanin => self.eumelanin = value[0],
@@ -84,6 +86,7 @@ impl PointValues {
             Channel::AzimuthalDeg => self.azimuthal_deg = value[0],
             Channel::Eta => self.eta = value[0],
             Channel::Eccentricity => self.eccentricity = value[0],
+            Channel::Mask => {}
         }
     }
 

@@ -27,6 +27,8 @@ pub enum Channel {
     Eta,
     /// Eccentricity a of the cross-section (1 = circular), Xu 2011 Eq 24.
     Eccentricity,
+    /// Share of a layer that shows, in [0, 1]. It belongs to a layer: points hold no value of it.
+    Mask,
 }
 
 /// Unpainted values of every channel at one point. Widths are standard deviations.
@@ -123,7 +125,7 @@ impl Default for LobeRatios {
     }
 }
 
-/// What the shaders read of one groom point: 8 floats, same layout as `VertexParams` in `shaders/lib/types.wgsl`.
+/// What the shaders read of one groom point: 12 floats, same layout as `VertexParams` in `shaders/lib/types.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct VertexParams {
@@ -139,11 +141,29 @@ pub struct VertexParams {
     pub eta: f32,
     /// Eccentricity a.
     pub eccentricity: f32,
+    /// Tilt of TT and TRT over R's.
+    pub alpha_ratios: [f32; 2],
+    /// Width of TT and TRT over R's.
+    pub beta_ratios: [f32; 2],
+}
+
+impl LobeRatios {
+    /// The ratios between these and `other`, at `share` in [0, 1].
+    #[must_use]
+    pub fn towards(&self, other: &Self, share: f32) -> Self {
+        let mixed = |a: f32, b: f32| (1.0 - share) * a + share * b;
+        Self {
+            alpha_tt: mixed(self.alpha_tt, other.alpha_tt),
+            alpha_trt: mixed(self.alpha_trt, other.alpha_trt),
+            beta_tt: mixed(self.beta_tt, other.beta_tt),
+            beta_trt: mixed(self.beta_trt, other.beta_trt),
+        }
+    }
 }
 
 impl PointValues {
     /// The shader's view of this point: sigma_a = (1 - bleach)(c_e sigma_e + c_p sigma_p) + dye.
-    pub fn vertex_params(&self, pigments: PigmentSet) -> VertexParams {
+    pub fn vertex_params(&self, pigments: PigmentSet, ratios: &LobeRatios) -> VertexParams {
         let (e, p) = (pigments.eumelanin(), pigments.pheomelanin());
         let kept = 1.0 - self.bleach;
         VertexParams {
@@ -155,6 +175,8 @@ impl PointValues {
             azimuthal_width: std::f32::consts::SQRT_2 * self.azimuthal_deg.to_radians(),
             eta: self.eta,
             eccentricity: self.eccentricity,
+            alpha_ratios: [ratios.alpha_tt, ratios.alpha_trt],
+            beta_ratios: [ratios.beta_tt, ratios.beta_trt],
         }
     }
 }
