@@ -11,6 +11,7 @@ pub mod files;
 mod history;
 pub mod json;
 mod lighting;
+pub mod material;
 mod open;
 mod project;
 
@@ -49,6 +50,8 @@ pub struct Document {
     folder: PathBuf,
     /// What the strokes of each layer amount to, in the order of the project's layers.
     layers: Vec<LayerMaps>,
+    /// Values that the groom's file brings, in place of the project's base.
+    brought: Option<Vec<PointValues>>,
     values: Vec<PointValues>,
     params: Vec<VertexParams>,
     history: History,
@@ -71,6 +74,7 @@ impl Document {
             path: None,
             folder,
             layers: Vec::new(),
+            brought: None,
             values: Vec::new(),
             params: Vec::new(),
             history: History::new(),
@@ -141,6 +145,21 @@ impl Document {
     /// The painted channels of every groom point.
     pub fn values(&self) -> &[PointValues] {
         &self.values
+    }
+
+    /// Takes the values that the groom's file brings as what the layers are painted on; the project's base no longer shows.
+    ///
+    /// # Errors
+    /// Not a value for every point.
+    pub fn bring_values(&mut self, values: Vec<PointValues>) -> Result<(), Problem> {
+        let count = self.groom().point_count();
+        if values.len() != count {
+            let reason = format!("{} values for {count} points", values.len());
+            return Err(Problem::at("painted values", reason, "give a value for every point"));
+        }
+        self.brought = Some(values);
+        self.recompose(&DirtyRanges::all(count));
+        Ok(())
     }
 
     /// What the shaders read of every groom point.
@@ -231,9 +250,10 @@ impl Document {
     /// Brings values and parameters of the points in `dirty` up to date; returns those that changed.
     fn recompose(&mut self, dirty: &DirtyRanges) -> DirtyRanges {
         let hair = &self.project.hair;
-        let (layers, maps) = (&self.project.layers, &self.layers);
+        let (layers, maps, brought) = (&self.project.layers, &self.layers, &self.brought);
         let composed = |point: u32| {
-            let values = compose::compose(&hair.base.known, layers.iter().zip(maps), point as usize);
+            let base = brought.as_ref().map_or(&hair.base.known, |values| &values[point as usize]);
+            let values = compose::compose(base, layers.iter().zip(maps), point as usize);
             (values, values.vertex_params(hair.pigments))
         };
         let mut changed = Vec::new();
