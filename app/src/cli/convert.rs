@@ -60,10 +60,18 @@ type Read = (Groom, Option<PaintedValues>, Option<GroomReport>);
 
 /// The groom, its painted values and, of a groom file, what reading it found.
 fn read(args: &ConvertArgs, console: &mut Console<'_>) -> Result<Read, CliError> {
-    let is = |extension: &str| Path::new(&args.input).extension().is_some_and(|e| e.eq_ignore_ascii_case(extension));
+    let is = |extension: &str| {
+        Path::new(&args.input)
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case(extension))
+    };
     if is("json") {
         let document = super::open(&args.input, args.metres_per_unit, console)?;
-        return Ok((document.groom_as_drawn()?.as_ref().clone(), Some(painted(&document)), None));
+        return Ok((
+            document.groom_as_drawn()?.as_ref().clone(),
+            Some(painted(&document)),
+            None,
+        ));
     }
     if is_usd(&args.input) {
         let options = UsdOptions {

@@ -44,7 +44,8 @@ pub fn width_fraction(width: impl Fn(f64) -> f64, target: f64) -> f64 {
 
 /// The multiple-scattering colour that a renderer turns into absorption `sigma` at azimuthal width fraction `r` (Chiang 2016, Eq 9).
 pub fn albedo_of(sigma: f64, r: f64) -> f64 {
-    let root = 5.969 - 0.215 * r + 2.532 * r.powi(2) - 10.73 * r.powi(3) + 5.574 * r.powi(4) + 0.245 * r.powi(5);
+    let root =
+        5.969 - 0.215 * r + 2.532 * r.powi(2) - 10.73 * r.powi(3) + 5.574 * r.powi(4) + 0.245 * r.powi(5);
     (-sigma.max(0.0).sqrt() * root).exp()
 }
 
@@ -53,11 +54,7 @@ pub fn sidecar(document: &Document) -> Value {
     let hair = &document.project().hair;
     let base = hair.base.known.vertex_params(hair.pigments);
     let ratios = hair.ratios.known;
-    let lobes = [
-        1.0,
-        f64::from(ratios.beta_tt),
-        f64::from(ratios.beta_trt),
-    ];
+    let lobes = [1.0, f64::from(ratios.beta_tt), f64::from(ratios.beta_trt)];
     json!({
         "format": "balayage materials",
         "version": 1,

@@ -155,7 +155,11 @@ impl Document {
         let count = self.groom().point_count();
         if values.len() != count {
             let reason = format!("{} values for {count} points", values.len());
-            return Err(Problem::at("painted values", reason, "give a value for every point"));
+            return Err(Problem::at(
+                "painted values",
+                reason,
+                "give a value for every point",
+            ));
         }
         self.brought = Some(values);
         self.recompose(&DirtyRanges::all(count));
@@ -252,7 +256,9 @@ impl Document {
         let hair = &self.project.hair;
         let (layers, maps, brought) = (&self.project.layers, &self.layers, &self.brought);
         let composed = |point: u32| {
-            let base = brought.as_ref().map_or(&hair.base.known, |values| &values[point as usize]);
+            let base = brought
+                .as_ref()
+                .map_or(&hair.base.known, |values| &values[point as usize]);
             let values = compose::compose(base, layers.iter().zip(maps), point as usize);
             (values, values.vertex_params(hair.pigments))
         };

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::Path;
 
 use super::{
-    Groom, GroomError, GroomReport, LoadedUsd, PaintedValues, UsdOptions, hair_bytes, parse_hair, parse_tfx, parse_usd,
-    tfx_bytes, usda_bytes,
+    Groom, GroomError, GroomReport, LoadedUsd, PaintedValues, UsdOptions, hair_bytes, parse_hair, parse_tfx,
+    parse_usd, tfx_bytes, usda_bytes,
 };
 
 /// Extensions of the files that [`read_groom`] reads.

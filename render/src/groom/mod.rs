@@ -24,7 +24,9 @@ use glam::Vec3;
 
 pub use builder::{GroomBuilder, MAX_COORDINATE, MAX_POINTS};
 pub use error::GroomError;
-pub use file::{GROOM_EXTENSIONS, LoadedGroom, is_usd, read_groom, read_usd, write_groom, write_painted_groom};
+pub use file::{
+    GROOM_EXTENSIONS, LoadedGroom, is_usd, read_groom, read_usd, write_groom, write_painted_groom,
+};
 pub use generate::{GeneratorSettings, HairStyle, generate};
 pub use hair::{hair_bytes, parse_hair};
 pub use mesh::Mesh;

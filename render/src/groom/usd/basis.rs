@@ -80,12 +80,7 @@ impl Shape {
     }
 
     /// The value at `t` of a segment of what `control` gives at the control points.
-    pub fn at<const N: usize>(
-        self,
-        segment: usize,
-        t: f64,
-        control: impl Fn(usize) -> [f64; N],
-    ) -> [f64; N] {
+    pub fn at<const N: usize>(self, segment: usize, t: f64, control: impl Fn(usize) -> [f64; N]) -> [f64; N] {
         let n = self.count as isize;
         let point = |i: isize| -> [f64; N] {
             let phantom = |end: usize, inner: usize| {

@@ -22,7 +22,11 @@ pub(super) fn parse(file: FileBytes<'_>) -> Result<Layer, GroomError> {
     let version = file.section(8, 3, "the version")?;
     let version = (version[0], version[1]);
     if version < (0, 4) || version > (0, 13) {
-        return Err(file.error(8, format!("version {}.{} is not read", version.0, version.1), REMEDY));
+        return Err(file.error(
+            8,
+            format!("version {}.{} is not read", version.0, version.1),
+            REMEDY,
+        ));
     }
     let mut reader = Reader {
         file,
@@ -95,7 +99,8 @@ impl<'a> Cursor<'a> {
 
 impl<'a> Reader<'a> {
     fn error(&self, at: u64, reason: impl Into<String>) -> GroomError {
-        self.file.error(at.min(self.file.bytes.len() as u64), reason, REMEDY)
+        self.file
+            .error(at.min(self.file.bytes.len() as u64), reason, REMEDY)
     }
 
     fn cursor(&self, at: u64) -> Cursor<'a> {
@@ -109,7 +114,10 @@ impl<'a> Reader<'a> {
                 self.budget = left;
                 Ok(())
             }
-            None => Err(self.error(at, format!("{count} values are more than a file of this size holds"))),
+            None => Err(self.error(
+                at,
+                format!("{count} values are more than a file of this size holds"),
+            )),
         }
     }
 
@@ -524,15 +532,21 @@ impl<'a> Reader<'a> {
         let start = at.at;
         match kind {
             Kind::Int => Ok(at.integers(count)?.into_iter().map(f64::from).collect()),
-            Kind::Uint => Ok(at.integers(count)?.into_iter().map(|i| f64::from(i as u32)).collect()),
+            Kind::Uint => Ok(at
+                .integers(count)?
+                .into_iter()
+                .map(|i| f64::from(i as u32))
+                .collect()),
             Kind::Half | Kind::Float | Kind::Double => match at.take(1)?[0] {
                 b'i' => Ok(at.integers(count)?.into_iter().map(f64::from).collect()),
                 b't' => {
                     let size = u64::from(at.u32()?);
                     let table = decoded(at.take(size * kind.bytes())?, kind);
                     let indices = at.integers(count)?;
-                    let values: Option<Vec<f64>> =
-                        indices.into_iter().map(|i| table.get(i as u32 as usize).copied()).collect();
+                    let values: Option<Vec<f64>> = indices
+                        .into_iter()
+                        .map(|i| table.get(i as u32 as usize).copied())
+                        .collect();
                     values.ok_or_else(|| self.error(start, "a packed value is not in its table"))
                 }
                 _ => Err(self.error(start, "packed numbers of an unknown kind")),

@@ -38,7 +38,10 @@ pub(super) fn collect(layer: &Layer, name: &str, options: UsdOptions) -> Result<
         };
         let visible = visible && prim.visible;
         let (local, reset) = local(prim, options.time).map_err(|op| {
-            let reason = format!("{}: the transform {op} is not one that is read", layer.path(index));
+            let reason = format!(
+                "{}: the transform {op} is not one that is read",
+                layer.path(index)
+            );
             GroomError::refused(name, reason, "bake the transforms and export again")
         })?;
         world.push((if reset { up } else { above } * local, visible));
@@ -129,8 +132,9 @@ impl Collector<'_> {
         let widths = self.widths(prim, &shapes);
         if matches!(widths, Widths::Unusable) {
             let path = self.layer.path(index);
-            self.builder
-                .note(format!("{path}: the number of widths fits no interpolation; not used"));
+            self.builder.note(format!(
+                "{path}: the number of widths fits no interpolation; not used"
+            ));
         }
 
         // A transform that does nothing leaves every bit as it is.
@@ -159,10 +163,7 @@ impl Collector<'_> {
                         Some((1.0 - t) * w[first_varying + s] + t * w[first_varying + next])
                     }
                 };
-                (
-                    placed(shape.at(s, t, control)),
-                    width.map(|w| (w * scale) as f32),
-                )
+                (placed(shape.at(s, t, control)), width.map(|w| (w * scale) as f32))
             });
             self.builder.push_strand(strand);
             first += shape.count;

@@ -113,7 +113,14 @@ impl Layer {
 pub(super) fn is_needed(name: &str) -> bool {
     matches!(
         name,
-        "points" | "curveVertexCounts" | "widths" | "type" | "basis" | "wrap" | "xformOpOrder" | "balayage:pigments"
+        "points"
+            | "curveVertexCounts"
+            | "widths"
+            | "type"
+            | "basis"
+            | "wrap"
+            | "xformOpOrder"
+            | "balayage:pigments"
     ) || name.starts_with("xformOp:")
         || name.starts_with("primvars:balayage:")
         || name == "primvars:widths"

@@ -43,7 +43,10 @@ fn block(mut input: &[u8], limit: usize, out: &mut Vec<u8>) -> Option<()> {
         input = rest;
         let offset = usize::from(u16::from_le_bytes(*offset));
         let matched = length(usize::from(token & 15), &mut input)? + 4;
-        let from = out.len().checked_sub(offset).filter(|from| offset > 0 && *from >= start)?;
+        let from = out
+            .len()
+            .checked_sub(offset)
+            .filter(|from| offset > 0 && *from >= start)?;
         if out.len() + matched > limit {
             return None;
         }

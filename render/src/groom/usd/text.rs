@@ -51,9 +51,15 @@ struct Parser<'a> {
 
 impl<'a> Parser<'a> {
     fn error(&self, reason: impl Into<String>) -> GroomError {
-        let line = 1 + self.file.bytes[..self.start].iter().filter(|b| **b == b'\n').count();
-        self.file
-            .error(self.start as u64, format!("line {line}: {}", reason.into()), REMEDY)
+        let line = 1 + self.file.bytes[..self.start]
+            .iter()
+            .filter(|b| **b == b'\n')
+            .count();
+        self.file.error(
+            self.start as u64,
+            format!("line {line}: {}", reason.into()),
+            REMEDY,
+        )
     }
 
     fn peek(&mut self) -> Result<Token<'a>, GroomError> {

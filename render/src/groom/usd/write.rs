@@ -67,7 +67,10 @@ fn primvars(out: &mut String, painted: &PaintedValues) {
         }
     }
     let sigma_a = || {
-        let params = painted.values.iter().map(|value| value.vertex_params(painted.pigments));
+        let params = painted
+            .values
+            .iter()
+            .map(|value| value.vertex_params(painted.pigments));
         params.map(|params| params.sigma_a)
     };
     array(
