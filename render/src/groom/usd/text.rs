@@ -122,7 +122,8 @@ impl<'a> Parser<'a> {
                 self.at += len;
                 self.slice(self.start, self.at).map(Token::Number)
             }
-            b if word(&b) => {
+            // A colon goes on a name but does not start one: it stands behind the time of a sample.
+            b if b != b':' && word(&b) => {
                 let len = bytes[self.at..].iter().take_while(|b| word(b)).count();
                 self.at += len;
                 self.slice(self.start, self.at).map(Token::Word)
