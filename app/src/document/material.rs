@@ -10,8 +10,9 @@
 //! | Karma Hair | as MaterialX | as MaterialX | as MaterialX |
 //! | RenderMan `PxrMarschnerHair` | colour from sigma_a | lobe widths in degrees, as ours | `specularShift`, degrees as ours |
 //!
-//! Sources: Chiang et al. 2016, Eqs 7 and 8 (widths) and 9 (colour); MaterialX 1.39 PBR specification, section on hair; the renderers'
-//! manuals. A logistic of scale s has the standard deviation pi s / sqrt(3).
+//! Source of the widths and the colour: Chiang et al. 2016, Eqs 7 to 9. A logistic of scale s has the standard deviation
+//! pi s / sqrt(3). The formulas are tested; the sidecar was not rendered in the other programs, and the parameter names of Arnold, Karma
+//! and RenderMan stand as remembered: check them against the version you use.
 
 use balayage_render::param::VertexParams;
 use serde_json::{Value, json};

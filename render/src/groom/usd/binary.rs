@@ -21,7 +21,7 @@ const SPEC_VARIANT_SET: u32 = 11;
 pub(super) fn parse(file: FileBytes<'_>) -> Result<Layer, GroomError> {
     let version = file.section(8, 3, "the version")?;
     let version = (version[0], version[1]);
-    if version < (0, 4) || version > (0, 13) {
+    if !((0, 4)..=(0, 13)).contains(&version) {
         return Err(file.error(
             8,
             format!("version {}.{} is not read", version.0, version.1),
@@ -350,16 +350,16 @@ impl<'a> Reader<'a> {
 
     fn root_fields(&mut self, fields: &[(&[u8], u64)], layer: &mut Layer) -> Result<(), GroomError> {
         for &(name, rep) in fields {
-            match (name, name != b"primChildren") {
-                (b"metersPerUnit", _) => {
+            match name {
+                b"metersPerUnit" => {
                     if let Value::Numbers(x) = self.value(rep)? {
                         layer.metres_per_unit = x.first().copied();
                     }
                 }
-                (b"upAxis", _) => {
+                b"upAxis" => {
                     layer.z_up = self.value(rep)? == Value::Texts(vec!["Z".to_owned()]);
                 }
-                (b"subLayers", _) => layer.not_followed += 1,
+                b"subLayers" => layer.not_followed += 1,
                 _ => {}
             }
         }

@@ -91,7 +91,7 @@ impl Collector<'_> {
         let points = prim.numbers("points", self.time).unwrap_or_default();
         let counts = prim.numbers("curveVertexCounts", self.time).unwrap_or_default();
         let total: f64 = counts.iter().sum();
-        if points.len() % 3 != 0
+        if !points.len().is_multiple_of(3)
             || counts.iter().any(|n| !(*n >= 0.0 && n.fract() == 0.0))
             || total != (points.len() / 3) as f64
         {
