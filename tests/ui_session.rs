@@ -93,7 +93,9 @@ fn a_colourists_session() {
     .unwrap();
     let mut harness = editor(&path);
     let clean = bits(&harness);
+    click(&mut harness, "Light");
     choose(&mut harness, "Environment", "Sky");
+    click(&mut harness, "Brush");
     let count = |harness: &Harness<'_, Editor>| document(harness).project().operations.len();
 
     // Three brushes: replaced dye, added dye along strands, bleach with another radius.

@@ -34,7 +34,7 @@ pub(super) fn run(args: &CheckArgs, console: &mut Console<'_>) -> Result<(), Cli
         .to_ascii_lowercase();
     let (value, text) = match extension.as_str() {
         "json" => check_json(file, args.metres_per_unit, console)?,
-        "hair" | "tfx" => {
+        "hair" | "tfx" | "usd" | "usda" | "usdc" => {
             let loaded = read_groom(file, args.metres_per_unit)?;
             let value = json!({"kind": "groom", "groom": loaded.report, "hash": loaded.groom.content_hash()});
             (value, format!("groom, {}", loaded.report))
@@ -57,7 +57,7 @@ pub(super) fn run(args: &CheckArgs, console: &mut Console<'_>) -> Result<(), Cli
             (value, format!("head, {vertices} vertices, {triangles} triangles"))
         }
         _ => {
-            let remedy = "check files that end in .json, .hair, .tfx, .hdr, .exr or .obj";
+            let remedy = "check files that end in .json, .hair, .tfx, .usda, .usdc, .hdr, .exr or .obj";
             return Err(Problem::at("", "the extension names no known format", remedy)
                 .in_file(file)
                 .into());

@@ -28,13 +28,7 @@ pub use console::Console;
 
 /// Paint physically based hair.
 #[derive(Parser)]
-#[command(
-    name = "balayage",
-    version,
-    about,
-    subcommand_required = true,
-    arg_required_else_help = true
-)]
+#[command(name = "balayage", version, about, args_conflicts_with_subcommands = true)]
 struct Cli {
     /// Print results as JSON.
     #[arg(long, global = true)]

@@ -2,7 +2,7 @@
 
 use balayage_render::param::{Channel, LobeRatios, PointValues};
 
-use super::project::{Blend, HairSettings, Layer};
+use super::project::{Blend, Layer};
 use crate::paint::{Affine, ChannelMaps, DirtyRanges, LayerMaps, StrandIndex};
 
 /// What a layer amounts to at every point.
@@ -63,14 +63,14 @@ impl LayerState {
     }
 }
 
-/// The values and lobe ratios of `point` under `layers`, lowest first, clamped to each channel's range at the end.
+/// The values and lobe ratios of `point`: base values and ratios under `layers`, lowest first, clamped to each channel's range at the end.
 pub(super) fn compose<'a>(
-    hair: &HairSettings,
+    base: &PointValues,
+    ratios: &LobeRatios,
     layers: impl Iterator<Item = (&'a Layer, &'a LayerState)>,
     point: usize,
 ) -> (PointValues, LobeRatios) {
-    let mut values = hair.base.known;
-    let mut ratios = hair.ratios.known;
+    let (mut values, mut ratios) = (*base, *ratios);
     for (layer, state) in layers.filter(|(layer, _)| layer.visible) {
         let share = layer.opacity * state.weight(point);
         for (channel, maps) in state.maps.channels() {

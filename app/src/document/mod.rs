@@ -13,6 +13,7 @@ mod history;
 pub mod json;
 mod layering;
 mod lighting;
+pub mod material;
 mod open;
 mod operations;
 mod project;
@@ -59,6 +60,8 @@ pub struct Document {
     folder: PathBuf,
     /// What each layer amounts to, in the order of the project's layers.
     layers: Vec<LayerState>,
+    /// Values that the groom's file brings, in place of the project's base.
+    brought: Option<Vec<PointValues>>,
     values: Vec<PointValues>,
     params: Vec<VertexParams>,
     history: History,
@@ -83,6 +86,7 @@ impl Document {
             path: None,
             folder,
             layers: Vec::new(),
+            brought: None,
             values: Vec::new(),
             params: Vec::new(),
             history: History::new(),
@@ -141,6 +145,25 @@ impl Document {
     /// The painted channels of every groom point.
     pub fn values(&self) -> &[PointValues] {
         &self.values
+    }
+
+    /// Takes the values that the groom's file brings as what the layers are painted on; the project's base no longer shows.
+    ///
+    /// # Errors
+    /// Not a value for every point.
+    pub fn bring_values(&mut self, values: Vec<PointValues>) -> Result<(), Problem> {
+        let count = self.groom().point_count();
+        if values.len() != count {
+            let reason = format!("{} values for {count} points", values.len());
+            return Err(Problem::at(
+                "painted values",
+                reason,
+                "give a value for every point",
+            ));
+        }
+        self.brought = Some(values);
+        self.recompose(&DirtyRanges::all(count));
+        Ok(())
     }
 
     /// What the shaders read of every groom point.
@@ -263,9 +286,13 @@ impl Document {
     /// Brings values and parameters of the points in `dirty` up to date; returns those that changed.
     fn recompose(&mut self, dirty: &DirtyRanges) -> DirtyRanges {
         let hair = &self.project.hair;
-        let (layers, maps) = (&self.project.layers, &self.layers);
+        let (layers, maps, brought) = (&self.project.layers, &self.layers, &self.brought);
         let composed = |point: u32| {
-            let (values, ratios) = compose::compose(hair, layers.iter().zip(maps), point as usize);
+            let base = brought
+                .as_ref()
+                .map_or(&hair.base.known, |values| &values[point as usize]);
+            let layers = layers.iter().zip(maps);
+            let (values, ratios) = compose::compose(base, &hair.ratios.known, layers, point as usize);
             (values, values.vertex_params(hair.pigments, &ratios))
         };
         let mut changed = Vec::new();

@@ -2,7 +2,9 @@
 
 use std::{path::Path, sync::Arc};
 
-use balayage_render::groom::{self, GroomError, GroomReport, LoadedGroom, Mesh};
+use balayage_render::groom::{
+    self, GroomError, GroomReport, LoadedGroom, Mesh, PaintedValues, UsdOptions, is_usd, read_usd,
+};
 
 use super::{
     Document, builtin, files, json,
@@ -53,16 +55,26 @@ impl Document {
             metres_per_unit,
             ..GroomReference::default()
         };
-        Self::open_project(Project::new(reference), &folder)
+        let project = Project::new(reference);
+        let (loaded, painted) = read_groom(&project.groom, &folder)?;
+        Self::from_loaded(project, &folder, loaded, painted)
     }
 
     /// The document of a project whose paths count from `folder`.
     ///
     /// # Errors
     /// As [`Document::open`].
-    pub fn open_project(mut project: Project, folder: &Path) -> Result<Opened, Problem> {
-        let loaded = read_groom(&project.groom, folder)?;
+    pub fn open_project(project: Project, folder: &Path) -> Result<Opened, Problem> {
+        let (loaded, painted) = read_groom(&project.groom, folder)?;
+        Self::from_loaded(project, folder, loaded, painted)
+    }
 
+    fn from_loaded(
+        mut project: Project,
+        folder: &Path,
+        loaded: LoadedGroom,
+        painted: Option<PaintedValues>,
+    ) -> Result<Opened, Problem> {
         // A groom that changed still opens: dabs are places in space. The person is told.
         let hash = loaded.groom.content_hash();
         let mut warnings = Vec::new();
@@ -77,7 +89,17 @@ impl Document {
         }
         project.groom.hash = Some(hash);
         project.groom.metres_per_unit = Some(loaded.groom.metres_per_unit());
-        let document = Self::new(Arc::new(loaded.groom), project, folder.to_owned())?;
+        if let Some(painted) = &painted {
+            project.hair.pigments = painted.pigments;
+            warnings.push(format!(
+                "{}: the painted values of the file stand in place of the base parameters",
+                project.groom.path
+            ));
+        }
+        let mut document = Self::new(Arc::new(loaded.groom), project, folder.to_owned())?;
+        if let Some(painted) = painted {
+            document.bring_values(painted.values)?;
+        }
         Ok(Opened {
             document,
             report: loaded.report,
@@ -144,12 +166,25 @@ fn short(hash: &str) -> &str {
     hash.get(..12).unwrap_or(hash)
 }
 
-fn read_groom(reference: &GroomReference, folder: &Path) -> Result<LoadedGroom, Problem> {
-    let loaded = match builtin::bytes(&reference.path) {
-        Some(bytes) => groom::parse_hair(bytes, &reference.path, reference.metres_per_unit),
-        None => groom::read_groom(files::resolve(&reference.path, folder), reference.metres_per_unit),
-    };
-    Ok(loaded?)
+/// The groom, and the values that a USD file brings with it.
+fn read_groom(
+    reference: &GroomReference,
+    folder: &Path,
+) -> Result<(LoadedGroom, Option<PaintedValues>), Problem> {
+    if let Some(bytes) = builtin::bytes(&reference.path) {
+        let loaded = groom::parse_hair(bytes, &reference.path, reference.metres_per_unit)?;
+        return Ok((loaded, None));
+    }
+    let path = files::resolve(&reference.path, folder);
+    if is_usd(&path) {
+        let options = UsdOptions {
+            metres_per_unit: reference.metres_per_unit,
+            time: None,
+        };
+        let usd = read_usd(&path, options)?;
+        return Ok((usd.loaded, usd.painted));
+    }
+    Ok((groom::read_groom(path, reference.metres_per_unit)?, None))
 }
 
 impl From<GroomError> for Problem {

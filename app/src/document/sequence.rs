@@ -1,9 +1,8 @@
 //! Which files make a sequence of environment maps.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::path::PathBuf;
+
+use balayage_render::light::frames;
 
 use crate::Problem;
 
@@ -18,7 +17,7 @@ pub fn maps_of(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Problem> {
     let mut maps = Vec::new();
     for path in paths {
         if path.is_dir() {
-            maps.extend(maps_in(path)?);
+            maps.extend(frames(path).map_err(Problem::from)?);
         } else {
             maps.push(path.clone());
         }
@@ -31,41 +30,10 @@ pub fn maps_of(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Problem> {
     Ok(maps)
 }
 
-fn maps_in(folder: &Path) -> Result<Vec<PathBuf>, Problem> {
-    let failed = |e: std::io::Error| Problem::io(folder, "reading the folder", &e);
-    let mut maps = Vec::new();
-    for entry in fs::read_dir(folder).map_err(failed)? {
-        let path = entry.map_err(failed)?.path();
-        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-        if extension == "hdr" || extension == "exr" {
-            maps.push(path);
-        }
-    }
-    if maps.is_empty() {
-        let remedy = "choose a folder of .hdr or .exr maps";
-        return Err(Problem::at("", "the folder holds no environment map", remedy).in_file(folder));
-    }
-    maps.sort_by_cached_key(|path| natural_key(&path.to_string_lossy()));
-    Ok(maps)
-}
-
-/// Text and numbers in turn, so that names compare as a person counts; the name itself breaks ties.
-fn natural_key(name: &str) -> (Vec<(String, u128)>, String) {
-    let mut parts = Vec::new();
-    let mut rest = name;
-    while !rest.is_empty() {
-        let digits_at = rest.find(|c: char| c.is_ascii_digit()).unwrap_or(rest.len());
-        let (text, tail) = rest.split_at(digits_at);
-        let digits = tail.find(|c: char| !c.is_ascii_digit()).unwrap_or(tail.len());
-        let (number, tail) = tail.split_at(digits);
-        parts.push((text.to_owned(), number.parse().unwrap_or(0)));
-        rest = tail;
-    }
-    (parts, name.to_owned())
-}
-
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

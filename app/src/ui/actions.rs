@@ -350,7 +350,7 @@ impl Editor {
                 self.ask_for_file(
                     context,
                     "Projects and grooms",
-                    &["json", "hair", "tfx"],
+                    &["json", "hair", "tfx", "usda", "usdc", "usd"],
                     DialogAnswer::Open,
                 );
             }

@@ -3,7 +3,13 @@
 use std::fs;
 use std::path::Path;
 
-use super::{Groom, GroomError, GroomReport, hair_bytes, parse_hair, parse_tfx, tfx_bytes};
+use super::{
+    Groom, GroomError, GroomReport, LoadedUsd, PaintedValues, UsdOptions, hair_bytes, parse_hair, parse_tfx,
+    parse_usd, tfx_bytes, usda_bytes,
+};
+
+/// Extensions of the files that [`read_groom`] reads.
+pub const GROOM_EXTENSIONS: [&str; 5] = ["hair", "tfx", "usda", "usdc", "usd"];
 
 /// A groom and what reading it found.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +25,8 @@ pub struct LoadedGroom {
 enum Format {
     Hair,
     Tfx,
+    /// Text or binary, told by the first bytes.
+    Usd,
 }
 
 impl Format {
@@ -31,10 +39,11 @@ impl Format {
         match extension.as_str() {
             "hair" => Ok(Self::Hair),
             "tfx" => Ok(Self::Tfx),
+            "usd" | "usda" | "usdc" => Ok(Self::Usd),
             _ => Err(GroomError::refused(
                 path.display().to_string(),
                 format!("\"{extension}\" is not the extension of a groom"),
-                "use .hair or .tfx",
+                "use .hair, .tfx, .usda or .usdc",
             )),
         }
     }
@@ -50,27 +59,72 @@ impl Format {
 pub fn read_groom(path: impl AsRef<Path>, metres_per_unit: Option<f32>) -> Result<LoadedGroom, GroomError> {
     let path = path.as_ref();
     let format = Format::of(path)?;
-    let bytes = fs::read(path).map_err(|source| GroomError::Io {
-        path: path.into(),
-        action: "read",
-        source,
-    })?;
+    let bytes = read(path)?;
     let name = path.display().to_string();
     match format {
         Format::Hair => parse_hair(&bytes, &name, metres_per_unit),
         Format::Tfx => parse_tfx(&bytes, &name, metres_per_unit),
+        Format::Usd => {
+            let options = UsdOptions {
+                metres_per_unit,
+                time: None,
+            };
+            parse_usd(&bytes, &name, options).map(|usd| usd.loaded)
+        }
     }
 }
 
-/// Writes a groom in the format that the extension names: `.hair` holds all of it, `.tfx` (version 4) the positions only.
+/// True where the extension names a USD file.
+pub fn is_usd(path: &Path) -> bool {
+    matches!(Format::of(path), Ok(Format::Usd))
+}
+
+/// Reads a USD file with its painted values; see [`parse_usd`].
+///
+/// # Errors
+/// As [`read_groom`].
+pub fn read_usd(path: &Path, options: UsdOptions) -> Result<LoadedUsd, GroomError> {
+    parse_usd(&read(path)?, &path.display().to_string(), options)
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, GroomError> {
+    fs::read(path).map_err(|source| GroomError::Io {
+        path: path.into(),
+        action: "read",
+        source,
+    })
+}
+
+/// Writes a groom in the format that the extension names: `.hair` holds all of it, `.tfx` (version 4) the positions only, `.usda` all of it.
 ///
 /// # Errors
 /// [`GroomError`] when the format can not hold the groom or the file can not be written.
 pub fn write_groom(path: impl AsRef<Path>, groom: &Groom) -> Result<(), GroomError> {
-    let path = path.as_ref();
+    write_painted_groom(path.as_ref(), groom, None)
+}
+
+/// [`write_groom`] with painted values, which `.usda` holds and the other formats can not.
+///
+/// # Errors
+/// As [`write_groom`]; also when there is not a value for every point.
+pub fn write_painted_groom(
+    path: &Path,
+    groom: &Groom,
+    painted: Option<&PaintedValues>,
+) -> Result<(), GroomError> {
     let bytes = match Format::of(path)? {
         Format::Hair => hair_bytes(groom)?,
         Format::Tfx => tfx_bytes(groom)?,
+        Format::Usd if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("usda")) => {
+            usda_bytes(groom, painted)?
+        }
+        Format::Usd => {
+            return Err(GroomError::refused(
+                path.display().to_string(),
+                "binary USD is read, not written",
+                "write .usda and convert it with usdcat",
+            ));
+        }
     };
     fs::write(path, bytes).map_err(|source| GroomError::Io {
         path: path.into(),

@@ -35,7 +35,7 @@ pub use harmonics::Harmonics;
 pub use map::{MAX_PIXELS, MapReport};
 pub use preset::{GradientSky, PRESETS, Preset};
 pub use preview::{Picture, panorama, preview};
-pub use sequence::{Playback, Playing, Sequence, frames};
+pub use sequence::{Sequence, frames};
 pub use srbf::{MAX_BANDWIDTH, luminance};
 
 /// One spherical radial basis function: radiance * exp(2 (w . direction - 1) / bandwidth^2), peak 1 (Xu 2011, Eq 1).

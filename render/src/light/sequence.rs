@@ -1,11 +1,6 @@
 //! Environments that change: every frame is fitted from the lights of the one before.
 
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::thread::{self, JoinHandle};
-use std::time::{Duration, Instant};
 
 use super::error::Refusal;
 use super::{EnvironmentMap, FitError, FitSettings, InputError, LightSet, Progress, fit_lights};
@@ -49,7 +44,7 @@ impl Sequence {
     }
 }
 
-/// The maps (.hdr, .exr) of a folder in the order of their names.
+/// The maps (.hdr, .exr) of a folder in the order of their names, where "2" comes before "10".
 ///
 /// # Errors
 /// [`InputError`] where the folder cannot be read or holds no map.
@@ -78,133 +73,21 @@ pub fn frames(folder: &Path) -> Result<Vec<PathBuf>, InputError> {
     if files.is_empty() {
         return Err(refused("it holds no environment map".to_owned()));
     }
-    files.sort();
+    files.sort_by_cached_key(|path| natural_key(&path.to_string_lossy()));
     Ok(files)
 }
 
-/// What is there to show of a playback.
-#[derive(Clone, Debug, Default)]
-pub struct Playing {
-    /// Index of the frame that `lights` belong to.
-    pub frame: usize,
-    /// How many frames were fitted so far; a change says that there are new lights.
-    pub fitted: usize,
-    /// Lights of the last good frame; none before the first.
-    pub lights: Option<Arc<LightSet>>,
-    /// The last frame that was refused; playing goes on.
-    pub refused: Option<InputError>,
-}
-
-/// Maps that play in a loop on a thread of their own; frames that cannot be fitted in time are left out. Dropping it stops it.
-pub struct Playback {
-    shared: Arc<Shared>,
-    thread: Option<JoinHandle<()>>,
-}
-
-#[derive(Default)]
-struct Shared {
-    playing: Mutex<Playing>,
-    stopped: AtomicBool,
-    wake: Condvar,
-}
-
-impl Shared {
-    /// What is shown; a panic elsewhere leaves it whole, as it is only ever replaced field by field.
-    fn playing(&self) -> MutexGuard<'_, Playing> {
-        self.playing.lock().unwrap_or_else(PoisonError::into_inner)
+/// Text and numbers in turn, so that names compare as a person counts; the name itself breaks ties.
+fn natural_key(name: &str) -> (Vec<(String, u128)>, String) {
+    let mut parts = Vec::new();
+    let mut rest = name;
+    while !rest.is_empty() {
+        let digits_at = rest.find(|c: char| c.is_ascii_digit()).unwrap_or(rest.len());
+        let (text, tail) = rest.split_at(digits_at);
+        let digits = tail.find(|c: char| !c.is_ascii_digit()).unwrap_or(tail.len());
+        let (number, tail) = tail.split_at(digits);
+        parts.push((text.to_owned(), number.parse().unwrap_or(0)));
+        rest = tail;
     }
-
-    /// Waits until `end` or until it is stopped.
-    fn wait(&self, end: Instant) {
-        let left = end.saturating_duration_since(Instant::now());
-        let going = |_: &mut Playing| !self.stopped.load(Ordering::Acquire);
-        let guard = self.wake.wait_timeout_while(self.playing(), left, going);
-        drop(guard);
-    }
-}
-
-impl Playback {
-    /// Plays `frames` at `rate` frames a second (at least one frame in 1000 s, at most 1000 a second) from `sequence` on;
-    /// `on_frame` is called after every frame, from the thread that fits.
-    pub fn start(
-        frames: Vec<PathBuf>,
-        rate: f64,
-        sequence: Sequence,
-        on_frame: impl Fn() + Send + 'static,
-    ) -> Self {
-        let shared = Arc::new(Shared::default());
-        let of_thread = shared.clone();
-        let thread = thread::spawn(move || play(&of_thread, &frames, rate, sequence, on_frame));
-        Self {
-            shared,
-            thread: Some(thread),
-        }
-    }
-
-    /// What to show now.
-    pub fn playing(&self) -> Playing {
-        self.shared.playing().clone()
-    }
-
-    /// Asks the thread to stop without waiting for it: it does within some hundredths of a second.
-    pub fn stop(&self) {
-        // The lock makes sure that a thread about to wait sees either the flag or the call.
-        let guard = self.shared.playing();
-        self.shared.stopped.store(true, Ordering::Release);
-        drop(guard);
-        self.shared.wake.notify_all();
-    }
-}
-
-impl Drop for Playback {
-    fn drop(&mut self) {
-        self.stop();
-        if let Some(thread) = self.thread.take() {
-            // A panic on the thread was told there; here there is nothing left to do.
-            let _ = thread.join();
-        }
-    }
-}
-
-fn play(shared: &Shared, frames: &[PathBuf], rate: f64, mut sequence: Sequence, on_frame: impl Fn()) {
-    if frames.is_empty() {
-        return;
-    }
-    let rate = if rate.is_finite() {
-        rate.clamp(1e-3, 1e3)
-    } else {
-        1.0
-    };
-    let go_on = |_| {
-        if shared.stopped.load(Ordering::Acquire) {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
-    };
-    let start = Instant::now();
-    let mut tick = 0_u64;
-    while go_on(0.0).is_continue() {
-        let index = (tick % frames.len() as u64) as usize;
-        match EnvironmentMap::read(&frames[index]) {
-            Ok((map, _)) => {
-                if let Ok(lights) = sequence.step(&map, &go_on) {
-                    let lights = Some(Arc::new(lights.clone()));
-                    let mut playing = shared.playing();
-                    playing.frame = index;
-                    playing.fitted += 1;
-                    playing.lights = lights;
-                }
-            }
-            Err(error) => shared.playing().refused = Some(error),
-        }
-        if go_on(0.0).is_break() {
-            return;
-        }
-        on_frame();
-
-        // The next frame is the one that is due; what came late is skipped.
-        tick = (tick + 1).max((start.elapsed().as_secs_f64() * rate) as u64);
-        shared.wait(start + Duration::from_secs_f64(tick as f64 / rate));
-    }
+    (parts, name.to_owned())
 }

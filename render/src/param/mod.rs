@@ -83,6 +83,22 @@ pub enum PigmentSet {
 }
 
 impl PigmentSet {
+    /// Every set.
+    pub const ALL: [Self; 2] = [Self::Deon2011, Self::Cycles];
+
+    /// The name in JSON and USD.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Deon2011 => "deon2011",
+            Self::Cycles => "cycles",
+        }
+    }
+
+    /// The set that has this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|set| set.name() == name)
+    }
+
     /// Eumelanin absorption per unit concentration.
     pub fn eumelanin(self) -> [f32; 3] {
         match self {

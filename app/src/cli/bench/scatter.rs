@@ -51,7 +51,7 @@ pub(super) fn run(args: &ScatterArgs, console: &mut Console<'_>) -> Result<(), C
     let circular = drawn(args.cases, false);
     let elliptic = drawn(args.cases / 4, true);
     let views = drawn(args.views, false);
-    let methods = methods::all();
+    let methods = methods::marschner();
     let progress = console.progress(methods.len() as u64 + 1, "measuring");
     let want = (reference(&circular)?, reference(&elliptic)?);
     progress.at(1);
@@ -62,6 +62,7 @@ pub(super) fn run(args: &ScatterArgs, console: &mut Console<'_>) -> Result<(), C
             "scheme",
             "level",
             "ns per light",
+            "operations",
             "RMS sum",
             "RMS R",
             "RMS TT",
@@ -81,6 +82,7 @@ pub(super) fn run(args: &ScatterArgs, console: &mut Console<'_>) -> Result<(), C
             Cell::from(family),
             level.into(),
             (1e9 * seconds).into(),
+            operations(&gpu, &circular, &method)?.into(),
             sum.into(),
             rms(&got, &want.0, lobe(0), |_| 1.0).into(),
             rms(&got, &want.0, lobe(1), |_| 1.0).into(),
@@ -118,6 +120,7 @@ pub(super) fn run(args: &ScatterArgs, console: &mut Console<'_>) -> Result<(), C
                 views.len(),
                 bench::LIGHTS
             ),
+            "operations: exp, log, trigonometric functions and roots of one light, rgb together, counted by the shader itself".to_owned(),
         ],
         tables: vec![table],
         plots: vec![Plot {
@@ -157,6 +160,12 @@ fn reference(cases: &[ProbeCase]) -> Result<Vec<Scattered>, CliError> {
 fn answers(gpu: &Gpu, cases: &[ProbeCase], method: &Method) -> Result<Vec<Scattered>, CliError> {
     let results = probe::run(gpu, cases, method)?;
     Ok(results.iter().map(|result| result.single).collect())
+}
+
+/// Transcendental operations of one light, mean over the cases.
+fn operations(gpu: &Gpu, cases: &[ProbeCase], method: &Method) -> Result<f64, CliError> {
+    let counts = probe::operations(gpu, cases, method)?;
+    Ok(counts.iter().map(|&count| f64::from(count)).sum::<f64>() / counts.len() as f64)
 }
 
 /// R + TT + TRT.

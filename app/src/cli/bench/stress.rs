@@ -42,12 +42,12 @@ struct Counts {
 
 pub(super) fn run(args: &StressArgs, console: &mut Console<'_>) -> Result<(), CliError> {
     let gpu = Gpu::headless()?;
-    let methods = methods::all();
+    let methods = methods::every_shader();
     let progress = console.progress(args.points * methods.len() as u64, "stressing");
     let mut table = Table::new(
         "stress",
         [
-            "scheme",
+            "scheme or model",
             "level",
             "points",
             "points repaired at the door",
