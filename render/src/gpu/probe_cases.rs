@@ -149,19 +149,21 @@ pub fn defect(r: &ProbeResult) -> Option<Defect> {
         ("beta", r.beta.as_flattened(), 1.51),
         ("A_b", &r.a_bar_b[..], f64::MAX),
     ];
+    let tilt = r.alpha.as_flattened().iter().find(|x| !x.is_finite());
+    defect_in(&positive).or(tilt.map(|_| Defect::NotFinite("alpha")))
+}
+
+/// The first of named values that is not finite, negative, or above the most that it may be.
+pub fn defect_in(positive: &[(&'static str, &[f64], f64)]) -> Option<Defect> {
     for (name, values, most) in positive {
-        for value in values {
+        for value in *values {
             match value {
                 x if !x.is_finite() => return Some(Defect::NotFinite(name)),
                 x if *x < 0.0 => return Some(Defect::Negative(name)),
-                x if *x > most => return Some(Defect::TooLarge(name)),
+                x if x > most => return Some(Defect::TooLarge(name)),
                 _ => {}
             }
         }
     }
-    let tilts = r.alpha.as_flattened().iter();
-    tilts
-        .filter(|x| !x.is_finite())
-        .map(|_| Defect::NotFinite("alpha"))
-        .next()
+    None
 }
