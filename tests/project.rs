@@ -10,7 +10,11 @@ use balayage::{
     },
     paint::StrokeFile,
 };
-use balayage_render::{gpu::Scheme, groom::write_groom, param::VertexParams};
+use balayage_render::{
+    gpu::{Model, Scheme},
+    groom::write_groom,
+    param::VertexParams,
+};
 
 use crate::painting::tuft;
 
@@ -368,13 +372,14 @@ fn version_1_is_read_as_it_was_painted() {
 }
 
 #[test]
-fn the_scheme_is_kept_in_the_project_and_is_optional() {
+fn model_and_scheme_are_kept_in_the_project_and_are_optional() {
     let folder = tempfile::tempdir().unwrap();
     let mut document = Document::open(&sample(folder.path()), None).unwrap().document;
     let usual = document.project().hair.clone();
     assert_eq!(usual.scheme, Scheme::Nodes);
     let mut hair = usual.clone();
     hair.scheme = Scheme::Xu2011 { segments: 6 };
+    hair.model = Model::Deon;
     document.apply(Edit::SetHair(hair)).unwrap();
     let path = folder.path().join("saved.json");
     document.save_as(&path).unwrap();
@@ -386,11 +391,13 @@ fn the_scheme_is_kept_in_the_project_and_is_optional() {
     );
     let opened = Document::open(&path, None).unwrap().document;
     assert_eq!(opened.project().hair.scheme, Scheme::Xu2011 { segments: 6 });
+    assert_eq!(opened.project().hair.model, Model::Deon);
 
     // The usual scheme leaves no trace in the file; a number out of range is refused with its place.
     document.undo();
     document.save_as(&path).unwrap();
-    assert!(!fs::read_to_string(&path).unwrap().contains("scheme"));
+    let text = fs::read_to_string(&path).unwrap();
+    assert!(!text.contains("scheme") && !text.contains("model"));
     let bad =
         r#"{"version": 1, "groom": {"path": "a.hair"}, "hair": {"scheme": {"xu2011": {"segments": 99}}}}"#;
     let problem = Project::parse(bad).unwrap_err().to_string();

@@ -4,10 +4,9 @@ use balayage_render::gpu::{DIRECTIONS, Method, Model, Quality, SEGMENTS, Scheme}
 use clap::{Args, ValueEnum};
 
 /// `--model` of a picture.
-#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+#[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum ModelName {
     /// Marschner 2003: R, TT and TRT.
-    #[default]
     Marschner,
     /// d'Eon 2011: conserves energy.
     Deon,

@@ -7,7 +7,7 @@ use std::{
 
 use balayage_render::{
     gpu::{
-        Camera, CameraFile, FrameReport, Gpu, Method, Multiple, Quality, RenderSettings, Renderer,
+        Camera, CameraFile, FrameReport, Gpu, Method, Model, Multiple, Quality, RenderSettings, Renderer,
         ShadeSettings, Terms, ViewTransform,
     },
     image::write_png,
@@ -57,9 +57,9 @@ pub(super) struct RenderArgs {
     /// Turns the camera round the hair; a full turn takes that many frames [default: the last of --frames].
     #[arg(long, value_name = "FRAMES", num_args = 0..=1, default_missing_value = "0", requires = "frames")]
     turntable: Option<u32>,
-    /// What a fibre does to light.
-    #[arg(long, value_enum, default_value_t)]
-    model: ModelName,
+    /// What a fibre does to light (the project's model if not given).
+    #[arg(long, value_enum)]
+    model: Option<ModelName>,
     #[command(flatten)]
     method: MethodOptions,
     /// Which light is seen.
@@ -307,7 +307,8 @@ const REFERENCE_RAYS: u32 = 256;
 const HIGH_RAYS: u32 = 64;
 
 fn settings(args: &RenderArgs, document: &Document) -> RenderSettings {
-    let method = args.method.method(document.project().hair.scheme);
+    let hair = &document.project().hair;
+    let method = args.method.method(hair.scheme);
     let usual_rays = if method.quality == Quality::High {
         HIGH_RAYS
     } else {
@@ -316,7 +317,7 @@ fn settings(args: &RenderArgs, document: &Document) -> RenderSettings {
     RenderSettings {
         shade: ShadeSettings {
             method: Method {
-                model: args.model.into(),
+                model: args.model.map_or(hair.model, Model::from),
                 ..method
             },
             multiple: match args.multiple {

@@ -1,7 +1,7 @@
 //! The project file: everything that a picture depends on, as JSON.
 
 use balayage_render::{
-    gpu::Scheme,
+    gpu::{Model, Scheme},
     param::{LobeRatios, PigmentSet, PointValues},
 };
 use serde::{Deserialize, Serialize};
@@ -204,6 +204,9 @@ pub struct HairSettings {
     pub ratios: Open<LobeRatios>,
     /// Fibre diameter in the groom's unit; null keeps the file's.
     pub diameter: Option<f32>,
+    /// Which scattering function the fibres have; not written where it is the usual one.
+    #[serde(skip_serializing_if = "is_usual")]
+    pub model: Model,
     /// How scattering is integrated over a light; not written where it is the usual one.
     #[serde(skip_serializing_if = "is_usual")]
     pub scheme: Scheme,
@@ -286,8 +289,8 @@ pub enum Blend {
     Multiply,
 }
 
-fn is_usual(scheme: &Scheme) -> bool {
-    *scheme == Scheme::default()
+fn is_usual<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 fn yes() -> bool {

@@ -1,6 +1,6 @@
 //! Unpainted parameters of the hair.
 
-use balayage_render::gpu::Scheme;
+use balayage_render::gpu::{Model, Scheme};
 use balayage_render::param::{Channel, LobeRatios, PigmentSet, PointValues};
 use egui::Ui;
 
@@ -42,9 +42,24 @@ impl Editor {
                 (PigmentSet::Cycles, "Cycles"),
             ],
         );
+        let mut model = hair.model;
+        choice(
+            ui,
+            "Model",
+            &mut model,
+            [
+                (Model::Marschner, "Marschner"),
+                (Model::Deon, "d'Eon (keeps all energy)"),
+                (Model::KajiyaKay, "Kajiya-Kay (simple)"),
+            ],
+        );
         self.scheme_choice(ui, &hair);
-        if pigments != hair.pigments {
-            self.edit(Edit::SetHair(HairSettings { pigments, ..hair }));
+        if (pigments, model) != (hair.pigments, hair.model) {
+            self.edit(Edit::SetHair(HairSettings {
+                pigments,
+                model,
+                ..hair
+            }));
         }
     }
 

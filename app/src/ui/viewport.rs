@@ -77,17 +77,15 @@ impl Editor {
     fn ask_for_picture(&mut self, ui: &Ui, rect: Rect) {
         let Some(camera) = &self.camera else { return };
         let pixels = rect.size() * ui.ctx().pixels_per_point();
-        let scheme = self
-            .document
-            .as_ref()
-            .map(|document| document.project().hair.scheme);
+        let hair = self.document.as_ref().map(|document| &document.project().hair);
         self.viewer.set_view(ViewRequest {
             camera: *camera.camera(),
             size: [(pixels.x as u32).max(1), (pixels.y as u32).max(1)],
             settings: RenderSettings {
                 shade: ShadeSettings {
                     method: Method {
-                        scheme: scheme.unwrap_or_default(),
+                        model: hair.map(|hair| hair.model).unwrap_or_default(),
+                        scheme: hair.map(|hair| hair.scheme).unwrap_or_default(),
                         ..Method::default()
                     },
                     terms: self.view.terms,
