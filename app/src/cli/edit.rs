@@ -12,6 +12,19 @@ pub(super) struct EditArgs {
     file: Option<PathBuf>,
 }
 
+impl EditArgs {
+    /// False where a file is named that is not there.
+    pub(super) fn exists(&self) -> bool {
+        self.file.as_ref().is_none_or(|file| file.exists())
+    }
+
+    /// What to say then.
+    pub(super) fn neither(&self) -> String {
+        let name = self.file.as_deref().unwrap_or("".as_ref()).display();
+        format!("{name}: neither a command nor a file; `balayage --help` lists the commands")
+    }
+}
+
 pub(super) fn run(args: &EditArgs) -> Result<(), CliError> {
     crate::ui::run(args.file.clone()).map_err(|error| match error {
         eframe::Error::Wgpu(error) => CliError::NoGpu(format!(

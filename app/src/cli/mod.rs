@@ -133,7 +133,8 @@ pub fn run<A: Into<OsString> + Clone>(
         }
     };
     let mut console = Console::new(out, err, cli.json);
-    let result = match cli.command.as_ref().unwrap_or(&Command::Edit(cli.edit)) {
+    let result = match &cli.command.unwrap_or(Command::Edit(cli.edit)) {
+        Command::Edit(args) if !args.exists() => Err(CliError::Usage(args.neither())),
         Command::Edit(args) => edit::run(args),
         Command::Render(args) => render::run(args, &mut console),
         Command::Paint(args) => paint::run(args, &mut console),
