@@ -1,56 +1,15 @@
 //! The scattering shaders against the float64 reference, on seeded random cases, and under poison values.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 
 use balayage_render::gpu::probe::{self, ProbeCase, ProbeResult};
-use balayage_render::gpu::{Gpu, Method, Quality};
+use balayage_render::gpu::{Gpu, Method, Quality, probe_cases};
 use balayage_render::optics::{self, Direction, Fibre, SrbfLight};
 use balayage_tests::random;
-use rand::Rng;
 use rayon::prelude::*;
 
 /// Relative tolerance of the reference: below what is asked of the shaders.
 const REFERENCE: f64 = 1e-3;
-
-fn between(r: &mut impl Rng, low: f64, high: f64) -> f64 {
-    r.random_range(low..high)
-}
-
-fn log_between(r: &mut impl Rng, low: f64, high: f64) -> f64 {
-    r.random_range(low.ln()..high.ln()).exp()
-}
-
-/// Hair as people paint it: Marschner's ratios, eta 1.2 to 1.9, lights of bandwidth 0.06 to 1.4, half of them near the mirror cone.
-fn hair_case(r: &mut impl Rng, elliptic: bool) -> ProbeCase {
-    let tilt = -between(r, 0.005, 0.17);
-    let width = log_between(r, 0.03, 0.25);
-    let absorption = log_between(r, 0.01, 3.0);
-    let theta_o = between(r, -1.0, 1.0).asin();
-    let lambda_j = log_between(r, 0.06, 1.4);
-    let theta_j = if r.random() {
-        between(r, -1.0, 1.0).asin()
-    } else {
-        (-theta_o + between(r, -1.0, 1.0) * (2.0 * width + lambda_j)).clamp(-1.5, 1.5)
-    };
-    ProbeCase {
-        eta: between(r, 1.2, 1.9),
-        eccentricity: if elliptic { between(r, 0.8, 1.25) } else { 1.0 },
-        sigma_a: [
-            absorption,
-            absorption * between(r, 1.0, 2.5),
-            absorption * between(r, 1.0, 5.0),
-        ],
-        alpha: [tilt, -0.5 * tilt, -1.5 * tilt],
-        beta: [width, 0.5 * width, 2.0 * width],
-        azimuthal_width: between(r, 0.08, 0.45),
-        theta_o,
-        phi_o: between(r, -PI, PI),
-        theta_j,
-        phi_j: between(r, -PI, PI),
-        lambda_j,
-        sigma_f: between(r, 0.13, 1.4),
-    }
-}
 
 fn fibre(c: &ProbeCase) -> Fibre {
     Fibre {
@@ -149,7 +108,7 @@ fn single_against_reference(cases: &[ProbeCase], quality: Quality, limits: [f64;
 #[test]
 fn single_scattering_agrees_with_the_reference() {
     let mut r = random(11);
-    let cases: Vec<_> = (0..48).map(|_| hair_case(&mut r, false)).collect();
+    let cases: Vec<_> = (0..48).map(|_| probe_cases::hair(&mut r, false)).collect();
     single_against_reference(&cases, Quality::Draft, [0.03, 0.02, 0.06, 0.02]);
     single_against_reference(&cases, Quality::Standard, [0.01, 0.008, 0.02, 0.008]);
     single_against_reference(&cases, Quality::High, [0.005, 0.003, 0.01, 0.004]);
@@ -158,7 +117,7 @@ fn single_scattering_agrees_with_the_reference() {
 #[test]
 fn elliptic_single_scattering_agrees_with_the_reference() {
     let mut r = random(12);
-    let cases: Vec<_> = (0..8).map(|_| hair_case(&mut r, true)).collect();
+    let cases: Vec<_> = (0..8).map(|_| probe_cases::hair(&mut r, true)).collect();
     single_against_reference(&cases, Quality::Standard, [0.01, 0.008, 0.06, 0.01]);
     single_against_reference(&cases, Quality::High, [0.005, 0.003, 0.03, 0.005]);
 }
@@ -166,7 +125,7 @@ fn elliptic_single_scattering_agrees_with_the_reference() {
 #[test]
 fn uniform_light_global_term_and_averages_agree_with_the_reference() {
     let mut r = random(13);
-    let cases: Vec<_> = (0..12).map(|_| hair_case(&mut r, false)).collect();
+    let cases: Vec<_> = (0..12).map(|_| probe_cases::hair(&mut r, false)).collect();
     let ones = vec![1.0; cases.len()];
     for (quality, global_limit) in [(Quality::Standard, 0.02), (Quality::High, 0.01)] {
         let got = answers(&cases, quality);
@@ -231,91 +190,10 @@ fn uniform_light_global_term_and_averages_agree_with_the_reference() {
     assert_close("beta_b", &pairs(&|g| g.beta[1], &|a| a.beta_b), 0.005);
 }
 
-/// One value: mostly an edge of the range or poison, else anywhere inside, uniform or log-uniform.
-fn stressed(r: &mut impl Rng, low: f64, high: f64, special: &[f64]) -> f64 {
-    match r.random_range(0..6) {
-        0 => special[r.random_range(0..special.len())],
-        1 => low,
-        2 => high,
-        3 if low > 0.0 => log_between(r, low, high),
-        _ => between(r, low, high),
-    }
-}
-
-const POISON: [f64; 8] = [
-    f64::NAN,
-    f64::INFINITY,
-    f64::NEG_INFINITY,
-    1e30,
-    -1e30,
-    1e-42,
-    0.0,
-    -1.0,
-];
-
-fn stress_case(r: &mut impl Rng) -> ProbeCase {
-    let lobes = |r: &mut _, low: f64, high: f64, special: &[f64]| -> [f64; 3] {
-        std::array::from_fn(|_| stressed(r, low, high, special))
-    };
-    let mut angles = POISON.to_vec();
-    angles.extend([
-        FRAC_PI_2,
-        -FRAC_PI_2,
-        f64::from(std::f32::consts::FRAC_PI_2),
-        FRAC_PI_2 - 1e-4,
-        0.0,
-    ]);
-    let mut absorptions = POISON.to_vec();
-    absorptions.extend([0.0, 1e-30, 50.0]);
-    let mut indices = POISON.to_vec();
-    // At theta_d = 0 the effective index is the index itself: 2 is where TRT's caustic vanishes.
-    indices.extend([1.0, 1.0 + 1e-7, 2.0, 3.0]);
-    let mut azimuths = POISON.to_vec();
-    azimuths.extend([PI, -PI, 2.0 * PI, -2.0 * PI, 1e3 * PI, 0.0]);
-    let degree = PI / 180.0;
-    ProbeCase {
-        eta: stressed(r, 1.0, 3.0, &indices),
-        eccentricity: if r.random() {
-            1.0
-        } else {
-            stressed(r, 0.5, 2.0, &POISON)
-        },
-        sigma_a: lobes(r, 1e-30, 50.0, &absorptions),
-        alpha: lobes(r, -0.3, 0.3, &POISON),
-        beta: lobes(r, 0.1 * degree, 60.0 * degree, &POISON),
-        azimuthal_width: stressed(r, 1e-3, 2.0, &POISON),
-        theta_o: stressed(r, -FRAC_PI_2, FRAC_PI_2, &angles),
-        phi_o: stressed(r, -7.0, 7.0, &azimuths),
-        theta_j: stressed(r, -FRAC_PI_2, FRAC_PI_2, &angles),
-        phi_j: stressed(r, -7.0, 7.0, &azimuths),
-        lambda_j: stressed(r, 1e-3, 10.0, &POISON),
-        sigma_f: stressed(r, 1e-3, 3.0, &POISON),
-    }
-}
-
-/// The first quantity of a result that is not finite, negative, or more than a light of radiance one can give.
-fn defect(r: &ProbeResult) -> Option<&'static str> {
-    let within = |v: &[[f64; 3]; 3], top: f64| v.iter().flatten().all(|x| (0.0..=top).contains(x));
-    let shares = |v: &[f64; 3]| v.iter().all(|x| (0.0..=1.0).contains(x));
-    let finite = |v: &[[f64; 3]; 2]| v.iter().flatten().all(|x| x.is_finite());
-    // cos^2 theta_i / cos^2 theta_d is at most 4, a lobe's energy at most 1. The global term is a density in theta_i, at most 115
-    // for the narrowest M, divided by a cosine of at least 0.05.
-    let checks = [
-        ("single", within(&r.single, 6.0)),
-        ("uniform light", within(&r.uniform_light, 6.0)),
-        ("global", within(&r.global, 1e4)),
-        ("a_f", shares(&r.a_f)),
-        ("a_b", shares(&r.a_b)),
-        ("alpha", finite(&r.alpha)),
-        ("beta", finite(&r.beta)),
-    ];
-    checks.into_iter().find(|(_, sound)| !sound).map(|(name, _)| name)
-}
-
 #[test]
 fn edges_and_poison_stay_finite_and_non_negative() {
     let mut r = random(14);
-    let cases: Vec<_> = (0..210_000).map(|_| stress_case(&mut r)).collect();
+    let cases: Vec<_> = (0..210_000).map(|_| probe_cases::stress(&mut r)).collect();
     for quality in [Quality::Draft, Quality::Standard, Quality::High] {
         let part = if quality == Quality::Standard {
             &cases[..]
@@ -326,7 +204,7 @@ fn edges_and_poison_stay_finite_and_non_negative() {
         let bad: Vec<_> = part
             .iter()
             .zip(&results)
-            .filter_map(|(c, r)| defect(r).map(|name| (name, c, r)))
+            .filter_map(|(c, r)| probe_cases::defect(r).map(|name| (name, c, r)))
             .collect();
         println!("{quality:?}: {} points, {} bad", part.len(), bad.len());
         assert!(
@@ -340,5 +218,8 @@ fn edges_and_poison_stay_finite_and_non_negative() {
     // The check can fail.
     let mut broken = answers(&cases[..1], Quality::Draft)[0];
     broken.single[1][2] = f64::NAN;
-    assert_eq!(defect(&broken), Some("single"));
+    assert_eq!(
+        probe_cases::defect(&broken),
+        Some(probe_cases::Defect::NotFinite("single"))
+    );
 }
