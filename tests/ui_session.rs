@@ -159,7 +159,7 @@ fn a_colourists_session() {
     }
     assert!(bits(&harness) == before_mask, "opacity and mask are undone");
     click(&mut harness, "History");
-    assert!(harness.query_by_label("1. Change light").is_some());
+    assert!(harness.query_by_label("1. Change environment").is_some());
 
     // The eyedropper reads the seen colour.
     click(&mut harness, "Brush");
