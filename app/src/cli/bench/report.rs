@@ -39,12 +39,6 @@ impl From<f64> for Cell {
     }
 }
 
-impl<T: Into<Self>> From<Option<T>> for Cell {
-    fn from(value: Option<T>) -> Self {
-        value.map_or(Self::None, Into::into)
-    }
-}
-
 impl Cell {
     /// The value as a person reads it: four significant digits.
     fn shown(&self) -> String {
