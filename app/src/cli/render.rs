@@ -62,9 +62,10 @@ pub(super) struct RenderArgs {
     model: Option<ModelName>,
     #[command(flatten)]
     method: MethodOptions,
-    /// Which light is seen.
-    #[arg(long, value_enum, default_value_t = TermsName::All)]
-    terms: TermsName,
+    /// Which light is seen: single (R, TT and TRT with shadows), multiple (D, L and U: light that has crossed or left other fibres), all,
+    /// or some of R,TT,TRT,D,L,U.
+    #[arg(long, value_name = "TERMS", default_value = "all")]
+    terms: Terms,
     /// How light that has crossed other fibres is added.
     #[arg(long, value_enum, default_value_t = MultipleName::M2)]
     multiple: MultipleName,
@@ -98,16 +99,6 @@ enum ViewName {
     Agx,
     /// Clipped.
     Raw,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum TermsName {
-    /// R, TT and TRT with shadows.
-    Single,
-    /// Light that has crossed or left other fibres.
-    Multiple,
-    /// Both.
-    All,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -325,11 +316,7 @@ fn settings(args: &RenderArgs, document: &Document) -> RenderSettings {
                 MultipleName::Zinke2008 => Multiple::Zinke2008,
                 MultipleName::Off => Multiple::Off,
             },
-            terms: match args.terms {
-                TermsName::Single => Terms::SINGLE,
-                TermsName::Multiple => Terms::MULTIPLE,
-                TermsName::All => Terms::ALL,
-            },
+            terms: args.terms,
         },
         samples: args.samples,
         view: match args.view {
