@@ -112,7 +112,7 @@ enum MultipleName {
 }
 
 /// `WxH`.
-fn size(text: &str) -> Result<[u32; 2], String> {
+pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
     let side = |x: &str| x.parse::<u32>().ok().filter(|x| (1..=16_384).contains(x));
     let parts = text
         .split_once(['x', 'X'])
@@ -166,7 +166,7 @@ pub(super) fn run(args: &RenderArgs, console: &mut Console<'_>) -> Result<(), Cl
     }
     document.apply(Edit::SetHair(hair))?;
     document.apply(Edit::SetLight(args.light.applied_to(&document)))?;
-    let camera = camera(args, &document)?;
+    let camera = camera(args.camera.as_deref(), args.size, &document)?;
 
     // Adapters are asked for before the fit: without one nothing is worth waiting for.
     let gpu = Gpu::headless()?;
@@ -209,9 +209,13 @@ pub(super) fn run(args: &RenderArgs, console: &mut Console<'_>) -> Result<(), Cl
     print(&pictures, &reports, &gpu, &document, &lighting, console)
 }
 
-/// The camera that the options, the project or the hair ask for, in that order.
-fn camera(args: &RenderArgs, document: &Document) -> Result<Camera, CliError> {
-    let pose = match &args.camera {
+/// The camera that the option, the project or the hair asks for, in that order.
+pub(super) fn camera(
+    file: Option<&Path>,
+    [width, height]: [u32; 2],
+    document: &Document,
+) -> Result<Camera, CliError> {
+    let pose = match file {
         Some(file) => {
             let text = files::read_text(file, 1 << 20)?;
             let pose: CameraPose =
@@ -230,7 +234,6 @@ fn camera(args: &RenderArgs, document: &Document) -> Result<Camera, CliError> {
             Camera::try_from(file).map_err(CliError::Input)
         }
         None => {
-            let [width, height] = args.size;
             Ok(Camera::framing(
                 document.groom().bounds(),
                 width as f32 / height as f32,
@@ -254,7 +257,7 @@ fn turned(camera: Camera, angle_rad: f32, document: &Document) -> Camera {
     }
 }
 
-fn load_light(document: &Document, console: &mut Console<'_>) -> Result<Lighting, CliError> {
+pub(super) fn load_light(document: &Document, console: &mut Console<'_>) -> Result<Lighting, CliError> {
     let progress = console.progress(1000, "fitting lights");
     let lighting = Lighting::load(
         document.project(),
