@@ -98,7 +98,13 @@ mod tests {
         const COUNT: u32 = 200_000;
         let fibre = brown();
         for (theta_o, centre) in [
-            (0.2, Direction { theta: -0.3, phi: 2.8 }),
+            (
+                0.2,
+                Direction {
+                    theta: -0.3,
+                    phi: 2.8,
+                },
+            ),
             (-0.9, Direction { theta: 0.8, phi: 0.4 }),
         ] {
             let mut random = Pcg64Mcg::seed_from_u64(7);
@@ -107,7 +113,7 @@ mod tests {
                 theta: theta_o,
                 phi: 0.0,
             };
-            let wanted = single_scattering(&fibre, &light, view, 1e-4).unwrap().sum();
+            let wanted = single_scattering(&fibre, view, &light, 1e-4).unwrap().sum();
             let whole: f64 = furnace_radiance(&fibre, theta_o, 1e-4).unwrap()[0];
             let (mut lit, mut all) = (0.0, 0.0);
             for _ in 0..COUNT {
