@@ -10,8 +10,9 @@
 // M2 = S + 1.1 D + 0.2 L + 0.25 U: weights held against path tracing of a groom of 3,000 strands.
 const M2_WEIGHTS: vec3f = vec3f(1.1, 0.2, 0.25);
 
-// M3 = S + 1.25 D + U: one weight, held against path tracing from white to black hair under sun and sky and uniform light.
-const M3_FORWARD: f32 = 1.25;
+// M3 = S + (1 + 0.25 (1 - rho^4)) D + U, held against path tracing from white to black hair under sun and sky and uniform light. Light that
+// turned round leaves by shorter ways than the light's line, which spares it losses where there are any; rho = 1 knows none.
+const M3_SPARED: f32 = 0.25;
 
 // d_f and d_b of Zinke 2008.
 const ZINKE_DENSITY: f32 = 0.7;
@@ -106,7 +107,8 @@ fn m3_terms(v: MultipleView, theta: f32, phi: f32, path: PathRecord) -> Multiple
     let variance = 4.0 * max(path.spread, 1e-5);
 
     var terms: MultipleTerms;
-    terms.d = M3_FORWARD * scattered * forward_scattering(v.forward, theta, cos(phi_d), variance);
+    let rho2 = v.rho * v.rho;
+    terms.d = (1.0 + M3_SPARED * (1.0 - rho2 * rho2)) * scattered * forward_scattering(v.forward, theta, cos(phi_d), variance);
     terms.u = max(two_streams(v, theta, path) - path.t_f, vec3f(0.0)) * (v.a_f + v.a_b) / (4.0 * PI);
     return terms;
 }

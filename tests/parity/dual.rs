@@ -276,7 +276,10 @@ pub const PARITIES: &[Parity] = &[
                 between(r, 0.0, 4.0),
             ]
         },
-        reference: |x| vec![m3_turned(x), 1.25],
+        reference: |x| {
+            let rho: f64 = dual::mean_reflectance(&fibre([x[0]; 3]), 1e-3).unwrap()[0];
+            vec![m3_turned(x), 1.0 + 0.25 * (1.0 - rho.powi(4))]
+        },
     },
     Parity {
         covers: &["zinke2008_terms", "all_lobes"],
