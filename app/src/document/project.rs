@@ -1,5 +1,7 @@
 //! The project file: everything that a picture depends on, as JSON.
 
+use std::collections::BTreeMap;
+
 use balayage_render::{
     gpu::{Model, Scheme},
     param::{LobeRatios, PigmentSet, PointValues},
@@ -71,6 +73,10 @@ pub struct Project {
     /// Every stroke and salon operation, first applied first; the list of a stroke file.
     #[serde(default)]
     pub operations: Vec<Operation>,
+    /// Content hashes of the head and of what lights the hair when the project was saved, by their paths: by them a file that was
+    /// moved is found again. Maps of a sequence have none.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub files: BTreeMap<String, String>,
     /// Unknown fields.
     #[serde(flatten)]
     pub extra: Extra,
@@ -331,6 +337,7 @@ impl Project {
             layers: vec![Layer::new("paint", "Paint")],
             dyes: usual_dyes(),
             operations: Vec::new(),
+            files: BTreeMap::new(),
             extra: Extra::new(),
         }
     }
@@ -363,6 +370,8 @@ impl Project {
     /// Applies `change` to every path of the project.
     pub fn map_paths(&mut self, mut change: impl FnMut(&str) -> String) {
         self.groom.path = change(&self.groom.path);
+        let files = std::mem::take(&mut self.files).into_iter();
+        self.files = files.map(|(path, hash)| (change(&path), hash)).collect();
         if let Some(head) = &mut self.head {
             head.path = change(&head.path);
         }

@@ -7,10 +7,19 @@ use std::{
 
 use egui::{Context, ViewportCommand};
 
-use super::{Command, Editor, editor::Loaded, job::Job, viewer::SceneInput};
+use super::{
+    Command, Editor,
+    editor::{Loaded, Opening},
+    job::Job,
+    questions::Asking,
+    viewer::SceneInput,
+};
 use crate::{
     Problem,
-    document::{Document, Edit, Environment, Layer, Opened},
+    document::{
+        Answers, Document, Edit, Environment, Layer, LockError, OpenStep, ProjectLock, SaveOptions, Source,
+        open_step, relink::Role,
+    },
     tool::{Tool, ViewCamera},
 };
 
@@ -31,6 +40,7 @@ pub(super) enum PendingAction {
 pub(super) enum DialogAnswer {
     Open(PathBuf),
     SaveAs(PathBuf),
+    Link(Role, PathBuf),
     Environment(PathBuf),
     Lights(PathBuf),
     SaveLights(PathBuf),
@@ -170,37 +180,69 @@ impl Editor {
 
     /// Opens a project or groom in the background.
     pub fn open(&mut self, context: &Context, path: PathBuf) {
-        let name = path.display().to_string();
-        self.start_opening(context, &name, move || Document::open(&path, None));
+        self.start_opening(context, Source::File(path), Answers::default());
     }
 
     pub(super) fn open_sample(&mut self, context: &Context) {
-        self.start_opening(context, "the sample", Document::sample);
+        self.start_opening(context, Source::Sample, Answers::default());
     }
 
-    fn start_opening(
-        &mut self,
-        context: &Context,
-        name: &str,
-        open: impl FnOnce() -> Result<Opened, Problem> + Send + 'static,
-    ) {
+    /// Opens `source` as far as `answers` go.
+    pub(super) fn start_opening(&mut self, context: &Context, source: Source, answers: Answers) {
+        let name = match &source {
+            Source::Sample => "the sample".to_owned(),
+            Source::File(path) => path.display().to_string(),
+        };
+        self.request = (source.clone(), answers.clone());
+        let state = self.state.clone();
         self.opening = Some(Job::start(format!("Opening {name}"), context, move |_| {
-            let opened = open()?;
-            let head = opened.document.load_head()?.map(Arc::new);
-            Ok(Loaded { opened, head })
+            let opened = match open_step(&source, &answers, &state)? {
+                OpenStep::Ask(question) => return Ok(Opening::Ask(question)),
+                OpenStep::Opened(opened) => *opened,
+            };
+            let head = match opened.document.load_head() {
+                Err(_) if answers.goes_without => None,
+                head => head?.map(Arc::new),
+            };
+            Ok(Opening::Loaded(Box::new(Loaded { opened, head })))
         }));
     }
 
     /// Saves the project to `path`; what waited for it goes on.
     pub fn save_to(&mut self, context: &Context, path: &Path) {
+        self.save(context, path, false);
+    }
+
+    /// [`Editor::save_to`], over a file that another program has changed only where the person `overwrites` it.
+    pub(super) fn save(&mut self, context: &Context, path: &Path, overwrites: bool) {
+        let options = SaveOptions {
+            // The version that somebody else wrote is never lost.
+            backups: self.state.backups().max(u32::from(overwrites)),
+            overwrites_changes: overwrites,
+        };
+        let pose = self.camera.map(|camera| camera.pose());
         let Some(document) = &mut self.document else {
             return;
         };
-        let pose = self.camera.map(|camera| camera.pose());
-        let saved = document.set_camera(pose).and_then(|()| document.save_as(path));
+        if !overwrites && document.is_changed_on_disk(path) {
+            self.asking = Some(Asking::Conflict(path.to_owned()));
+            return;
+        }
+        let saved = lock_for(document, path).and_then(|lock| {
+            document.set_camera(pose)?;
+            let saved = document.save_with(path, options, |_| Ok(()))?;
+            if let Some(lock) = lock {
+                document.set_lock(Some(lock));
+            }
+            Ok(saved)
+        });
         match saved {
-            Ok(()) => {
+            Ok(saved) => {
+                for warning in saved.warnings {
+                    self.say(warning);
+                }
                 self.say(format!("Saved {}", path.display()));
+                self.remember_files();
                 if let Some(action) = self.after_save.take() {
                     self.proceed(context, action);
                 }
@@ -212,14 +254,36 @@ impl Editor {
         }
     }
 
+    /// Remembers where the document's files are: they are trusted, and searched when another project misses one.
+    fn remember_files(&mut self) {
+        let Some(document) = &self.document else { return };
+        let (used, trusted) = document.used_files();
+        if let Err(problem) = self.state.remember(&used, &trusted) {
+            log::warn!("{problem}");
+        }
+    }
+
+    /// Ends the document's journal: what is not saved is given up.
+    pub(super) fn give_up_document(&mut self) {
+        if let Some(document) = &mut self.document
+            && let Err(problem) = document.discard_journal()
+        {
+            log::warn!("{problem}");
+        }
+    }
+
     /// Takes the results of background work.
     pub(super) fn take_results(&mut self, context: &Context) {
         if let Some(result) = self.opening.as_ref().and_then(Job::poll) {
             self.opening = None;
             match result {
-                Ok(loaded) => self.take_document(loaded),
+                Ok(Opening::Loaded(loaded)) => self.take_document(*loaded),
+                Ok(Opening::Ask(question)) => self.asking = Some(Asking::Opening(question)),
                 Err(problem) => self.complain(&problem),
             }
+        }
+        if let Some(problem) = self.document.as_mut().and_then(Document::take_journal_problem) {
+            self.complain(&problem);
         }
         self.take_lighting(context);
         if let Some(result) = self.dialog.as_ref().and_then(Job::poll) {
@@ -234,7 +298,16 @@ impl Editor {
 
     fn take_document(&mut self, loaded: Loaded) {
         let Loaded { opened, head } = loaded;
-        let document = opened.document;
+        let mut document = opened.document;
+        self.give_up_document();
+        if let Some(before) = self
+            .document
+            .as_mut()
+            .filter(|before| before.path() == document.path())
+            && let Some(lock) = before.take_lock()
+        {
+            document.set_lock(Some(lock));
+        }
         let bounds = document.groom().bounds();
         let pose = document.project().camera.as_ref();
         self.camera = pose
@@ -258,6 +331,7 @@ impl Editor {
         }
         let groom = document.groom_as_drawn();
         self.document = Some(document);
+        self.remember_files();
         self.fitted_for = None;
         match groom {
             Ok(groom) => self.send_scene(SceneInput { groom, head }),
@@ -277,6 +351,12 @@ impl Editor {
                 };
                 self.save_to(context, &path);
             }
+            DialogAnswer::Link(role, path) => {
+                let (source, mut answers) = self.request.clone();
+                answers.files.push((role, path));
+                self.asking = None;
+                self.start_opening(context, source, answers);
+            }
             DialogAnswer::Environment(path) => self.set_environment(&path, Environment::Map),
             DialogAnswer::Lights(path) => self.set_environment(&path, Environment::Lights),
             DialogAnswer::SaveLights(path) => self.save_lights(&path.with_extension("json")),
@@ -284,7 +364,7 @@ impl Editor {
         }
     }
 
-    fn ask_where_to_save(&mut self, context: &Context) {
+    pub(super) fn ask_where_to_save(&mut self, context: &Context) {
         let dialog = rfd::AsyncFileDialog::new()
             .add_filter("Balayage projects", &["json"])
             .set_file_name("untitled.json")
@@ -295,7 +375,7 @@ impl Editor {
         }));
     }
 
-    fn ask_for_file(
+    pub(super) fn ask_for_file(
         &mut self,
         context: &Context,
         what: &str,
@@ -424,6 +504,21 @@ impl Editor {
             self.proceed(context, action);
         } else if cancel || answer.should_close() {
             self.guard = None;
+        }
+    }
+}
+
+/// The lock of a file that is to become the document's own; none where it is that already, or where none can be kept.
+fn lock_for(document: &Document, path: &Path) -> Result<Option<ProjectLock>, Problem> {
+    if document.path() == Some(path) {
+        return Ok(None);
+    }
+    match ProjectLock::take(path, false) {
+        Ok(lock) => Ok(Some(lock)),
+        Err(LockError::Impossible(_)) => Ok(None),
+        Err(error) => {
+            let remedy = "close it there, or save under another name";
+            Err(Problem::at("", error.to_string(), remedy).in_file(path))
         }
     }
 }

@@ -16,6 +16,7 @@ mod panel_layers;
 mod panel_light;
 mod panel_mask;
 mod panel_operations;
+mod questions;
 mod sequence;
 mod status;
 mod theme;
