@@ -199,7 +199,7 @@ fn torn_and_damaged_journals_keep_what_is_whole() {
     }
     let whole = fs::read(document.journal_path().unwrap()).unwrap();
     let torn = folder.path().join("torn.journal");
-    let mut read = |bytes: &[u8]| -> Option<(Vec<Operation>, u64)> {
+    let read = |bytes: &[u8]| -> Option<(Vec<Operation>, u64)> {
         fs::write(&torn, bytes).unwrap();
         match journal::read(&torn).unwrap() {
             Found::Journal(contents) => {

@@ -1,5 +1,5 @@
 //! The kill test: a child process paints and saves without pause and is killed at random moments; every stroke that it reported
-//! is found again. `BALAYAGE_KILLS` sets the number of kills (15), `BALAYAGE_KILL_FOLDER` the folder, for a disk of its own.
+//! is found again. `BALAYAGE_KILLS` sets the number of kills (15).
 
 use std::{
     env,
@@ -147,4 +147,49 @@ fn no_reported_stroke_is_lost_by_a_kill() {
     println!(
         "{kills} kills, {torn} torn journals, {in_flight} strokes kept that were not yet reported, 0 lost"
     );
+}
+
+/// Says how a rendering ends that finds no adapter: no test without its variable.
+#[test]
+fn child_without_gpu() {
+    let Some(picture) = env::var_os(PICTURE) else {
+        return;
+    };
+    let args = ["balayage", "render", "--size", "8x8", "-o"].map(Into::into);
+    let (mut out, mut err) = (Vec::new(), Vec::new());
+    let code = balayage::cli::run(args.into_iter().chain([picture]), &mut out, &mut err);
+    std::io::stderr().write_all(&err).unwrap();
+    std::process::exit(code.into());
+}
+
+/// Names the picture to the child.
+const PICTURE: &str = "BALAYAGE_NO_GPU_PICTURE";
+
+#[test]
+fn without_an_adapter_the_exit_code_is_three() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |hides: bool| {
+        let mut command = Command::new(env::current_exe().unwrap());
+        command
+            .args(["kill::child_without_gpu", "--exact", "--nocapture"])
+            .env(PICTURE, folder.path().join("p.png"))
+            .stdout(Stdio::null());
+        if hides {
+            for variable in ["VK_ICD_FILENAMES", "VK_DRIVER_FILES"] {
+                command.env(variable, "/nonexistent");
+            }
+            command.env("WGPU_BACKEND", "vulkan");
+        }
+        let output = command.output().unwrap();
+        (
+            output.status.code(),
+            String::from_utf8_lossy(&output.stderr).into_owned(),
+        )
+    };
+    let (code, said) = run(true);
+    assert!(
+        code == Some(3) && said.contains("install a Vulkan driver"),
+        "{code:?} {said}"
+    );
+    assert!(!folder.path().join("p.png").exists());
 }

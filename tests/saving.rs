@@ -255,3 +255,99 @@ fn opening_asks_about_locks_and_journals() {
     drop(document);
     assert_eq!(opened(step(&Answers::default())).project().operations.len(), 2);
 }
+
+/// A million painted points, by salon operations and 20,000 dabs: how long saving and loading take and how large the file is.
+/// Run with `BALAYAGE_MILLION=1`.
+#[test]
+fn a_million_painted_points_are_saved_and_loaded() {
+    if std::env::var_os("BALAYAGE_MILLION").is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let strands = (0..50_000).map(|s| {
+        let root = glam::Vec3::new(0.001 * (s % 250) as f32, 0.0, 0.001 * (s / 250) as f32);
+        (0..20)
+            .map(|i| root + glam::Vec3::Y * 0.01 * i as f32)
+            .collect::<Vec<_>>()
+    });
+    let (groom, _) = balayage_render::groom::Groom::from_strands(strands, 0.0001, 1.0).unwrap();
+    balayage_render::groom::write_groom(folder.path().join("million.hair"), &groom).unwrap();
+    let mut document = Document::open(&folder.path().join("million.hair"), None)
+        .unwrap()
+        .document;
+    document.keep_journal(&folder.path().join("state"));
+    let before = document.params().to_vec();
+    let (mut random, mut slowest) = (balayage_tests::random(1), 0.0_f64);
+    for number in 1..=200 {
+        let mut operation = stroke(number, "paint");
+        operation.radius_m = 0.012;
+        let dab = operation.dabs[0].clone();
+        operation.dabs = (0..100)
+            .map(|_| {
+                use rand::Rng;
+                let s = random.random_range(0..50_000);
+                let root = glam::Vec3::new(0.001 * (s % 250) as f32, 0.0, 0.001 * (s / 250) as f32);
+                let arc: f32 = random.random();
+                balayage::paint::Dab {
+                    root: root.into(),
+                    arc,
+                    position: (root + glam::Vec3::Y * 0.19 * arc).into(),
+                    ..dab.clone()
+                }
+            })
+            .collect();
+        document.begin_stroke(operation.clone()).unwrap();
+        document.extend_stroke(operation.dabs).unwrap();
+        let start = std::time::Instant::now();
+        document.commit_stroke();
+        slowest = slowest.max(start.elapsed().as_secs_f64());
+    }
+    let painted = before
+        .iter()
+        .zip(document.params())
+        .filter(|(a, b)| a != b)
+        .count();
+    let journal = fs::metadata(document.journal_path().unwrap()).unwrap().len();
+    let path = folder.path().join("million.json");
+    let start = std::time::Instant::now();
+    document.save_with(&path, BACKED_UP, |_| Ok(())).unwrap();
+    let saved = start.elapsed().as_secs_f64();
+    let start = std::time::Instant::now();
+    let opened = Document::open(&path, None).unwrap().document;
+    let loaded = start.elapsed().as_secs_f64();
+    assert!(opened.params() == document.params());
+    println!(
+        "{painted} of {} points painted by 200 strokes with 20,000 dabs: saved in {saved:.3} s, loaded in {loaded:.3} s \
+         (groom read and strokes replayed), {} bytes; journal {journal} bytes, slowest commit {:.1} ms",
+        before.len(),
+        fs::metadata(&path).unwrap().len(),
+        slowest * 1e3,
+    );
+
+    // The worst that a person could store: a dab for each point.
+    let mut operation = stroke(1, "paint");
+    let dab = operation.dabs[0].clone();
+    operation.dabs = groom
+        .positions()
+        .iter()
+        .map(|position| balayage::paint::Dab {
+            position: (*position).into(),
+            ..dab.clone()
+        })
+        .collect();
+    let mut project = document.project().clone();
+    project.operations = vec![operation];
+    let start = std::time::Instant::now();
+    let text = balayage::document::json::to_text(&project).unwrap();
+    balayage::document::files::write_atomic(&path, text.as_bytes()).unwrap();
+    let saved = start.elapsed().as_secs_f64();
+    let start = std::time::Instant::now();
+    let text = balayage::document::files::read_text(&path, 1 << 30).unwrap();
+    let parsed = balayage::document::Project::parse(&text).unwrap();
+    let loaded = start.elapsed().as_secs_f64();
+    assert!(parsed.operations == project.operations);
+    println!(
+        "1,000,000 dabs: written in {saved:.3} s, read and checked in {loaded:.3} s, {} bytes",
+        text.len()
+    );
+}

@@ -29,6 +29,7 @@ mod salon;
 mod samples;
 mod saving;
 mod scattering;
+mod schema;
 mod schemes;
 mod seen_colour;
 mod shaders;

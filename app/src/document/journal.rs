@@ -156,7 +156,8 @@ impl Journal {
 
     /// A journal on any storage that holds `sound_len` sound bytes.
     pub fn on(path: &Path, storage: Box<dyn Storage>, sound_len: u64) -> Self {
-        let sync = storage.syncer().ok().map(start_syncing);
+        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        let sync = storage.syncer().ok().map(|sync| start_syncing(sync, folder));
         Self {
             path: path.to_owned(),
             storage,
@@ -229,14 +230,17 @@ impl Journal {
     }
 }
 
-/// A thread that syncs once an interval where there is something to sync.
-fn start_syncing(sync: Box<dyn Fn() -> io::Result<()> + Send>) -> SyncSender<()> {
+/// A thread that syncs once an interval where there is something to sync; at first with the folder, which has to know the file.
+fn start_syncing(sync: Box<dyn Fn() -> io::Result<()> + Send>, folder: PathBuf) -> SyncSender<()> {
     let (sender, wanted) = sync_channel(1);
     thread::spawn(move || {
+        let mut new_in = Some(folder);
         while wanted.recv().is_ok() {
             thread::sleep(SYNC_INTERVAL);
-            if let Err(error) = sync() {
-                log::warn!("the journal was not synced to the disk: {error}");
+            let synced = sync().and_then(|()| new_in.as_deref().map_or(Ok(()), files::sync_folder));
+            match synced {
+                Ok(()) => new_in = None,
+                Err(error) => log::warn!("the journal was not synced to the disk: {error}"),
             }
         }
     });

@@ -26,6 +26,7 @@ mod project;
 pub mod recover;
 pub mod relink;
 mod saving;
+mod schema;
 mod sequence;
 mod stroking;
 mod user_state;
@@ -55,6 +56,7 @@ pub use project::{
     MAX_LAYERS, Open, PROJECT_VERSION, Project, Sequence,
 };
 pub use saving::{SaveOptions, Saved};
+pub use schema::{project_schema, stroke_schema};
 pub use sequence::{MAX_MAPS, maps_of};
 pub use user_state::{MAX_BACKUPS, UserState};
 

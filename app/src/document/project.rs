@@ -6,6 +6,7 @@ use balayage_render::{
     gpu::{Model, Scheme},
     param::{LobeRatios, PigmentSet, PointValues},
 };
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::hand_light::HandLight;
@@ -23,7 +24,7 @@ pub const PROJECT_VERSION: u32 = 2;
 pub const MAX_LAYERS: usize = 100;
 
 /// A known structure and the fields beside it that this version does not know.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Open<T> {
     /// The known fields.
     #[serde(flatten)]
@@ -43,7 +44,7 @@ impl<T> From<T> for Open<T> {
 }
 
 /// A project. Paths are relative to the folder of the project file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Project {
     /// [`PROJECT_VERSION`].
     pub version: u32,
@@ -83,7 +84,7 @@ pub struct Project {
 }
 
 /// Which groom the strokes belong to.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct GroomReference {
     /// Path of the groom file.
     pub path: String,
@@ -99,7 +100,7 @@ pub struct GroomReference {
 }
 
 /// A head in the groom's space.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HeadReference {
     /// Path of the OBJ file, in the groom's unit.
     pub path: String,
@@ -109,7 +110,7 @@ pub struct HeadReference {
 }
 
 /// Where light comes from.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Environment {
     /// A gradient sky with a sun.
@@ -128,7 +129,7 @@ pub enum Environment {
 }
 
 /// Equirectangular maps that follow each other, round and round.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Sequence {
     /// Paths of the maps, Radiance or OpenEXR.
     pub maps: Vec<String>,
@@ -152,7 +153,7 @@ fn usual_fps() -> f32 {
 }
 
 /// The environment and how it is used.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct LightSettings {
     /// Where light comes from.
@@ -187,7 +188,7 @@ impl Default for LightSettings {
 }
 
 /// A camera: the JSON of `--camera`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CameraPose {
     /// Rows of the matrix that takes camera space (looking along -z, y up) to the groom's space.
     pub world_from_camera: [[f32; 4]; 4],
@@ -199,7 +200,7 @@ pub struct CameraPose {
 }
 
 /// The parameters of unpainted hair.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct HairSettings {
     /// Value of every channel where nothing is painted.
@@ -222,7 +223,7 @@ pub struct HairSettings {
 }
 
 /// A layer of paint.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Layer {
     /// What operations call it; never changes.
     pub id: String,
@@ -249,7 +250,7 @@ pub struct Layer {
 }
 
 /// A dye of the project's library.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Dye {
     /// What a person calls it.
     pub name: String,
@@ -283,7 +284,7 @@ pub(super) fn usual_dyes() -> Vec<Dye> {
 }
 
 /// How a layer's paint meets what lies below it, in the channel's own space, by opacity o.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Blend {
     /// The strokes act on what lies below: (1 - o) x + o paint(x).

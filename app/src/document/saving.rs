@@ -112,9 +112,12 @@ impl Document {
         fs::read(path).is_ok_and(|bytes| content_hash(&bytes) != *hash)
     }
 
-    /// True where `path` is the document's own file.
-    fn is_own(&self, path: &Path) -> bool {
-        self.path.as_deref() == Some(path)
+    /// True where `path` is the document's own file, however it is written.
+    pub fn is_own(&self, path: &Path) -> bool {
+        let Some(own) = self.path.as_deref() else {
+            return false;
+        };
+        own == path || matches!((fs::canonicalize(own), fs::canonicalize(path)), (Ok(a), Ok(b)) if a == b)
     }
 
     /// Makes the document one that was never saved: its next save asks for a name.

@@ -228,11 +228,13 @@ impl Editor {
             self.asking = Some(Asking::Conflict(path.to_owned()));
             return;
         }
-        let saved = lock_for(document, path).and_then(|lock| {
+        let is_own = document.is_own(path);
+        let lock = if is_own { Ok(None) } else { lock_for(path) };
+        let saved = lock.and_then(|lock| {
             document.set_camera(pose)?;
             let saved = document.save_with(path, options, |_| Ok(()))?;
-            if let Some(lock) = lock {
-                document.set_lock(Some(lock));
+            if !is_own {
+                document.set_lock(lock);
             }
             Ok(saved)
         });
@@ -508,11 +510,8 @@ impl Editor {
     }
 }
 
-/// The lock of a file that is to become the document's own; none where it is that already, or where none can be kept.
-fn lock_for(document: &Document, path: &Path) -> Result<Option<ProjectLock>, Problem> {
-    if document.path() == Some(path) {
-        return Ok(None);
-    }
+/// The lock of a file that is to become the document's own; none where none can be kept.
+fn lock_for(path: &Path) -> Result<Option<ProjectLock>, Problem> {
     match ProjectLock::take(path, false) {
         Ok(lock) => Ok(Some(lock)),
         Err(LockError::Impossible(_)) => Ok(None),
