@@ -75,7 +75,7 @@ fn any_edit(document: &Document, random: &mut impl Rng, number: u64) -> Edit {
     let index = random.random_range(0..project.operations.len().max(1));
     match random.random_range(0..13) {
         0 => Edit::AddLayer(Layer::new(format!("l{number}"), "New"), random.random_range(0..4)),
-        1 => Edit::RemoveLayer(layer.id),
+        1 if project.layers.len() > 1 => Edit::RemoveLayer(layer.id),
         2 => Edit::MoveLayer(layer.id, random.random_range(0..4)),
         3 => Edit::SetLayer(Layer {
             opacity: random.random(),
@@ -96,7 +96,7 @@ fn any_edit(document: &Document, random: &mut impl Rng, number: u64) -> Edit {
             path: format!("{number}.obj"),
             extra: serde_json::Map::default(),
         })),
-        9 => Edit::SetDyes(project.dyes[..random.random_range(1..3)].to_vec()),
+        9 if project.dyes.len() > 2 => Edit::SetDyes(project.dyes[random.random_range(0..2)..].to_vec()),
         10 => Edit::RemoveOperation(index),
         11 if !project.operations.is_empty() => {
             let mut operation = project.operations[index].clone();
@@ -443,4 +443,62 @@ fn live_strokes_are_written_when_they_are_committed() {
     assert!(document.journal_path().is_none());
     document.commit_stroke();
     assert_eq!(recovered(&document).unwrap().strokes, 1);
+}
+
+/// The same on a real file system that is full: `BALAYAGE_SMALL_DISK` names a folder on one of a few hundred kilobytes
+/// (`mount -t tmpfs -o size=512k tmpfs FOLDER`).
+#[test]
+fn a_small_disk_that_fills_up_loses_nothing() {
+    let Some(folder) = std::env::var_os("BALAYAGE_SMALL_DISK").map(PathBuf::from) else {
+        return;
+    };
+    let elsewhere = tempfile::tempdir().unwrap();
+    let (mut document, _) = document(&folder);
+    let path = document.path().unwrap().to_owned();
+    document.save_as(&path).unwrap();
+    let saved = fs::read(&path).unwrap();
+    fs::write(folder.join("ballast"), vec![1; 64 << 10]).unwrap();
+    let problem = (1..)
+        .find_map(|number| {
+            document.apply(Edit::Stroke(stroke(number, "paint"))).unwrap();
+            document.take_journal_problem()
+        })
+        .unwrap();
+    println!("{} strokes, then: {problem}", document.project().operations.len());
+    assert!(problem.remedy.contains("free some space"), "{problem}");
+
+    // What was written before is whole; the file is as it was; saving there fails with a reason.
+    let journal = document.journal_path().unwrap().to_owned();
+    let found = |document: &Document| {
+        let copy = elsewhere.path().join("copy.journal");
+        fs::copy(&journal, &copy).unwrap();
+        let Found::Journal(contents) = journal::read(&copy).unwrap() else {
+            panic!("no journal");
+        };
+        let recovered = recover::recover(&contents, document.path(), false).unwrap();
+        (recovered.strokes, contents.torn_bytes)
+    };
+    let painted = document.project().operations.len();
+    assert_eq!(found(&document), (painted - 1, 0));
+    let problem = document.save_as(&path).unwrap_err();
+    println!("saving: {problem}");
+    assert!(problem.remedy.contains("free some space") && document.is_modified());
+    assert!(fs::read(&path).unwrap() == saved);
+
+    // With space again the next stroke brings those along that waited, and saving works.
+    fs::remove_file(folder.join("ballast")).unwrap();
+    document.apply(Edit::Stroke(stroke(1_000_000, "paint"))).unwrap();
+    assert_eq!(found(&document), (painted + 1, 0));
+    let other = elsewhere.path().join("saved.json");
+    document.save_as(&other).unwrap();
+    assert!(!document.is_modified() && !journal.exists());
+    assert_eq!(
+        Document::open(&other, None)
+            .unwrap()
+            .document
+            .project()
+            .operations
+            .len(),
+        painted + 1
+    );
 }

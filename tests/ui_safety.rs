@@ -40,8 +40,9 @@ fn click(harness: &mut Harness<'_, Editor>, label: &str) {
 fn dead_session(path: &Path, state: &Path) {
     let mut document = Document::open(path, None).unwrap().document;
     document.keep_journal(state);
+    let id = format!("left-{}", document.project().layers.len());
     document
-        .apply(Edit::AddLayer(Layer::new("left", "Left behind"), 9))
+        .apply(Edit::AddLayer(Layer::new(id, "Left behind"), 9))
         .unwrap();
 }
 

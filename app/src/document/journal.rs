@@ -95,6 +95,9 @@ pub trait Storage: Send {
     /// The content is as before.
     fn cut(&mut self, len: u64) -> io::Result<()>;
 
+    /// Shows others that nobody writes here any more.
+    fn release(&mut self) {}
+
     /// What brings the content to the disk, for another thread.
     ///
     /// # Errors
@@ -109,6 +112,10 @@ impl Storage for File {
 
     fn cut(&mut self, len: u64) -> io::Result<()> {
         self.set_len(len)
+    }
+
+    fn release(&mut self) {
+        let _ = self.unlock();
     }
 
     fn syncer(&self) -> io::Result<Box<dyn Fn() -> io::Result<()> + Send>> {
@@ -137,7 +144,17 @@ impl Journal {
     /// # Errors
     /// The file cannot be created.
     pub fn create(path: &Path) -> io::Result<Self> {
-        let file = OpenOptions::new().append(true).create_new(true).open(path)?;
+        let create = || OpenOptions::new().append(true).create_new(true).open(path);
+        let file = match create() {
+            // Its writer died before its first record.
+            Err(error)
+                if error.kind() == io::ErrorKind::AlreadyExists && matches!(read(path), Ok(Found::Empty)) =>
+            {
+                fs::remove_file(path)?;
+                create()?
+            }
+            created => created?,
+        };
         // Whoever finds the journal sees by the lock that its writer lives; file systems without locks do without.
         let _ = file.try_lock();
         Ok(Self::on(path, Box::new(file), 0))
@@ -227,6 +244,13 @@ impl Journal {
             Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
             _ => Ok(()),
         }
+    }
+}
+
+impl Drop for Journal {
+    /// The syncing thread may hold its handle a while longer.
+    fn drop(&mut self) {
+        self.storage.release();
     }
 }
 

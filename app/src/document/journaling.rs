@@ -172,7 +172,8 @@ impl Document {
         if keeper.journal.is_some() {
             return Ok(false);
         }
-        let whole = keeper.is_behind || self.disk_hash.is_none();
+        let has_base = self.disk_hash.is_some() && self.path.as_deref().is_some_and(Path::is_file);
+        let whole = keeper.is_behind || !has_base;
         let created = create(self.path.as_deref(), &keeper.state_folder);
         let mut journal = created.inspect_err(|_| keeper.is_behind = true)?;
         let start = Start::now(

@@ -78,7 +78,6 @@ impl Document {
         let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let (mut saved, mut is_renamed) = (Saved::default(), false);
         let written = files::write_atomic_with(path, text.as_bytes(), |step| {
-            before(step)?;
             is_renamed = step == SaveStep::SyncFolder;
             if step == SaveStep::Rename
                 && let Err(error) = backups::rotate(&target, options.backups)
@@ -86,7 +85,7 @@ impl Document {
                 let warning = Problem::io(&target, "keeping a backup of the version before", &error);
                 saved.warnings.push(warning.to_string());
             }
-            Ok(())
+            before(step)
         });
         if (written.is_ok() || is_renamed) && self.is_own(path) {
             self.disk_hash = Some(hash.clone());
