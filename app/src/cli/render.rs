@@ -62,9 +62,10 @@ pub(super) struct RenderArgs {
     model: Option<ModelName>,
     #[command(flatten)]
     method: MethodOptions,
-    /// Which light is seen.
-    #[arg(long, value_enum, default_value_t = TermsName::All)]
-    terms: TermsName,
+    /// Which light is seen: single (R, TT and TRT with shadows), multiple (D, L and U: light that has crossed or left other fibres), all,
+    /// or some of R,TT,TRT,D,L,U.
+    #[arg(long, value_name = "TERMS", default_value = "all")]
+    terms: Terms,
     /// How light that has crossed other fibres is added.
     #[arg(long, value_enum, default_value_t = MultipleName::M2)]
     multiple: MultipleName,
@@ -101,16 +102,6 @@ enum ViewName {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum TermsName {
-    /// R, TT and TRT with shadows.
-    Single,
-    /// Light that has crossed or left other fibres.
-    Multiple,
-    /// Both.
-    All,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
 enum MultipleName {
     /// S + 1.1 D + 0.2 L + 0.25 U.
     M2,
@@ -121,7 +112,7 @@ enum MultipleName {
 }
 
 /// `WxH`.
-fn size(text: &str) -> Result<[u32; 2], String> {
+pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
     let side = |x: &str| x.parse::<u32>().ok().filter(|x| (1..=16_384).contains(x));
     let parts = text
         .split_once(['x', 'X'])
@@ -175,7 +166,7 @@ pub(super) fn run(args: &RenderArgs, console: &mut Console<'_>) -> Result<(), Cl
     }
     document.apply(Edit::SetHair(hair))?;
     document.apply(Edit::SetLight(args.light.applied_to(&document)))?;
-    let camera = camera(args, &document)?;
+    let camera = camera(args.camera.as_deref(), args.size, &document)?;
 
     // Adapters are asked for before the fit: without one nothing is worth waiting for.
     let gpu = Gpu::headless()?;
@@ -218,9 +209,13 @@ pub(super) fn run(args: &RenderArgs, console: &mut Console<'_>) -> Result<(), Cl
     print(&pictures, &reports, &gpu, &document, &lighting, console)
 }
 
-/// The camera that the options, the project or the hair ask for, in that order.
-fn camera(args: &RenderArgs, document: &Document) -> Result<Camera, CliError> {
-    let pose = match &args.camera {
+/// The camera that the option, the project or the hair asks for, in that order.
+pub(super) fn camera(
+    file: Option<&Path>,
+    [width, height]: [u32; 2],
+    document: &Document,
+) -> Result<Camera, CliError> {
+    let pose = match file {
         Some(file) => {
             let text = files::read_text(file, 1 << 20)?;
             let pose: CameraPose =
@@ -239,7 +234,6 @@ fn camera(args: &RenderArgs, document: &Document) -> Result<Camera, CliError> {
             Camera::try_from(file).map_err(CliError::Input)
         }
         None => {
-            let [width, height] = args.size;
             Ok(Camera::framing(
                 document.groom().bounds(),
                 width as f32 / height as f32,
@@ -263,7 +257,7 @@ fn turned(camera: Camera, angle_rad: f32, document: &Document) -> Camera {
     }
 }
 
-fn load_light(document: &Document, console: &mut Console<'_>) -> Result<Lighting, CliError> {
+pub(super) fn load_light(document: &Document, console: &mut Console<'_>) -> Result<Lighting, CliError> {
     let progress = console.progress(1000, "fitting lights");
     let lighting = Lighting::load(
         document.project(),
@@ -325,11 +319,7 @@ fn settings(args: &RenderArgs, document: &Document) -> RenderSettings {
                 MultipleName::Zinke2008 => Multiple::Zinke2008,
                 MultipleName::Off => Multiple::Off,
             },
-            terms: match args.terms {
-                TermsName::Single => Terms::SINGLE,
-                TermsName::Multiple => Terms::MULTIPLE,
-                TermsName::All => Terms::ALL,
-            },
+            terms: args.terms,
         },
         samples: args.samples,
         view: match args.view {

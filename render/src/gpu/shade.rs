@@ -1,5 +1,7 @@
 //! Strand shading: which lobes and which multiple scattering, and the pass that evaluates them per refined vertex.
 
+use std::str::FromStr;
+
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -36,6 +38,27 @@ impl Terms {
     pub const ALL: Self = Self(63);
     /// Names of the single terms, bit 0 first.
     pub const NAMES: [&'static str; 6] = ["R", "TT", "TRT", "D", "L", "U"];
+}
+
+impl FromStr for Terms {
+    type Err = String;
+
+    /// `single`, `multiple`, `all`, names of terms, or several of them joined by commas: `R,TRT,D`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        text.split(',').try_fold(Self(0), |terms, word| {
+            let one = match word.trim().to_ascii_lowercase().as_str() {
+                "single" => Self::SINGLE.0,
+                "multiple" => Self::MULTIPLE.0,
+                "all" => Self::ALL.0,
+                name => Self::NAMES
+                    .iter()
+                    .position(|n| n.eq_ignore_ascii_case(name))
+                    .map(|bit| 1 << bit)
+                    .ok_or_else(|| format!("no term is called {word:?}; write single, multiple, all, or some of R,TT,TRT,D,L,U"))?,
+            };
+            Ok(Self(terms.0 | one))
+        })
+    }
 }
 
 /// What light does in a frame.
