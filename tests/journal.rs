@@ -13,7 +13,7 @@ use std::{
 use balayage::{
     Problem,
     document::{
-        Document, Edit, Environment, HeadReference, Layer, Project, SaveOptions,
+        Document, Edit, Environment, HeadReference, Layer, Project, SaveOptions, backup_path,
         files::SaveStep,
         journal::{self, Contents, Found, Journal, Record, Storage},
         recover::{self, Recovered},
@@ -23,7 +23,7 @@ use balayage::{
 use balayage_tests::random;
 use rand::Rng;
 
-use crate::project::sample;
+use crate::{cli::balayage, project::sample};
 
 /// A stroke of one dab somewhere on the tuft.
 pub fn stroke(number: u64, layer: &str) -> Operation {
@@ -377,7 +377,7 @@ fn a_foreign_project_file_is_not_painted_on() {
     let anyway = recover::recover(&contents, Some(&path), true).unwrap();
     assert!(anyway.project.light.exposure_ev == 1.0 && anyway.strokes == 1);
 
-    fs::write(balayage::document::backup_path(&path, 2), &saved).unwrap();
+    fs::write(backup_path(&path, 2), &saved).unwrap();
     let recovered = recovered(&document).unwrap();
     assert!(recovered.from_backup.is_some() && recovered.project.light.exposure_ev == 0.0);
     assert!(recovered.project.operations == document.project().operations);
@@ -501,4 +501,59 @@ fn a_small_disk_that_fills_up_loses_nothing() {
             .len(),
         painted + 1
     );
+}
+
+/// The command line tells of a journal, applies it to another file or in place, and discards it.
+#[test]
+fn commands_check_recover_and_discard() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut document, _) = document(folder.path());
+    let path = document.path().unwrap().to_owned();
+    for number in 1..=3 {
+        document.apply(Edit::Stroke(stroke(number, "paint"))).unwrap();
+    }
+    let (expected, journal) = (
+        document.project().operations.clone(),
+        document.journal_path().unwrap().to_owned(),
+    );
+    let project = path.to_str().unwrap();
+    let operations = |path: &Path| {
+        let opened = Document::open(path, None).unwrap();
+        opened.document.project().operations.clone()
+    };
+
+    // While its writer lives nobody else takes the journal.
+    let (code, _, err) = balayage(&["recover", project]);
+    assert!(code == 1 && err.contains("nothing is left to recover"), "{err}");
+    drop(document);
+    fs::OpenOptions::new()
+        .append(true)
+        .open(&journal)
+        .and_then(|mut file| file.append(b"77 torn"))
+        .unwrap();
+    let (code, out, err) = balayage(&["check", project, "--json"]);
+    let value: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert!(code == 0 && err.contains("3 edits (3 strokes)"), "{err}");
+    assert!(value["journals"][0]["strokes"] == 3 && value["journals"][0]["torn_bytes"] == 7);
+
+    let other = folder.path().join("other.json");
+    let (code, out, err) = balayage(&["recover", project, "-o", other.to_str().unwrap()]);
+    assert!(code == 0 && out.contains("3 edits recovered"), "{out}{err}");
+    assert!(operations(&other) == expected && operations(&path).is_empty() && journal.exists());
+    let (code, _, err) = balayage(&["recover", project]);
+    assert!(
+        code == 0 && operations(&path) == expected && !journal.exists(),
+        "{err}"
+    );
+    assert!(backup_path(&path, 1).exists());
+
+    let mut document = Document::open(&path, None).unwrap().document;
+    document.keep_journal(folder.path());
+    document.undo();
+    document.apply(Edit::RemoveOperation(0)).unwrap();
+    let journal = document.journal_path().unwrap().to_owned();
+    drop(document);
+    let (code, out, _) = balayage(&["recover", journal.to_str().unwrap(), "--discard"]);
+    assert!(code == 0 && out.contains("discarded") && !journal.exists());
+    assert!(operations(&path) == expected);
 }

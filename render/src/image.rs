@@ -102,7 +102,8 @@ impl Picture {
             covered.map(|(p, _)| f64::from(p[c])).sum::<f64>()
         };
         let sum = |picture: &Self, x: usize, y: usize, c: usize| -> f64 {
-            let pixels = (0..tile * tile).map(|k| (y * tile + k / tile) * picture.width + x * tile + k % tile);
+            let pixels =
+                (0..tile * tile).map(|k| (y * tile + k / tile) * picture.width + x * tile + k % tile);
             pixels.map(|k| f64::from(picture.pixels[k][c])).sum()
         };
         let (mut error, mut norm) = (0.0, 0.0);

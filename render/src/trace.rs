@@ -144,8 +144,7 @@ impl<'a> Scene<'a> {
             let direction = camera
                 .world_from_camera
                 .transform_vector3(Vec3::new(across, -down, -1.0));
-            if let Some([once, often]) =
-                self.path(camera.position(), direction.normalize(), settings, random)
+            if let Some([once, often]) = self.path(camera.position(), direction.normalize(), settings, random)
             {
                 covered += 1;
                 single += once;
@@ -193,9 +192,13 @@ impl<'a> Scene<'a> {
     fn place(&self, origin: Vec3, direction: Vec3, hit: Hit) -> Place {
         let point = hit.point as usize;
         let tangents = self.refined.tangents();
-        let u = tangents[point].lerp(tangents[point + 1], hit.fraction).normalize();
+        let u = tangents[point]
+            .lerp(tangents[point + 1], hit.fraction)
+            .normalize();
         let across = direction - u * direction.dot(u);
-        let v = (-across).try_normalize().unwrap_or_else(|| u.any_orthonormal_vector());
+        let v = (-across)
+            .try_normalize()
+            .unwrap_or_else(|| u.any_orthonormal_vector());
         // The groom's points on both sides, and the place between them.
         let source = self.refined.source_point()[point] as usize;
         let ends = [point, point + 1].map(|p| {
@@ -227,9 +230,7 @@ impl<'a> Scene<'a> {
             }
         }
         match chosen {
-            Some((direction, colour))
-                if self.grid.is_free(place.position, direction, Some(place.strand)) =>
-            {
+            Some((direction, colour)) if self.grid.is_free(place.position, direction, Some(place.strand)) => {
                 colour * total / settings.candidates as f32
             }
             _ => Vec3::ZERO,

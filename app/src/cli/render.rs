@@ -233,12 +233,10 @@ pub(super) fn camera(
             };
             Camera::try_from(file).map_err(CliError::Input)
         }
-        None => {
-            Ok(Camera::framing(
-                document.groom().bounds(),
-                width as f32 / height as f32,
-            ))
-        }
+        None => Ok(Camera::framing(
+            document.groom().bounds(),
+            width as f32 / height as f32,
+        )),
     }
 }
 

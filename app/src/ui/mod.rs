@@ -2,6 +2,7 @@
 
 mod actions;
 mod command;
+mod documents;
 mod editor;
 mod job;
 mod light_ball;

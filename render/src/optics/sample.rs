@@ -98,7 +98,13 @@ mod tests {
         const COUNT: u32 = 200_000;
         let fibre = brown();
         for (theta_o, centre) in [
-            (0.2, Direction { theta: -0.3, phi: 2.8 }),
+            (
+                0.2,
+                Direction {
+                    theta: -0.3,
+                    phi: 2.8,
+                },
+            ),
             (-0.9, Direction { theta: 0.8, phi: 0.4 }),
         ] {
             let mut random = Pcg64Mcg::seed_from_u64(7);

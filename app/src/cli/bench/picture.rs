@@ -125,7 +125,11 @@ pub(super) fn run(args: &PictureArgs, console: &mut Console<'_>) -> Result<(), C
         .into_iter()
         .enumerate()
     {
-        let wanted = if which == 0 { &reference.single } else { &reference.all };
+        let wanted = if which == 0 {
+            &reference.single
+        } else {
+            &reference.all
+        };
         let mut row = vec![wanted.clone()];
         for rays in [0, args.visibility_rays] {
             // Nothing is carried over from one to the next but the groom.
@@ -201,12 +205,7 @@ fn read_reference(path: &Path, size: [u32; 2]) -> Result<Picture, CliError> {
 }
 
 /// Two runs of half the paths each.
-fn traced(
-    scene: &Scene<'_>,
-    camera: &Camera,
-    args: &PictureArgs,
-    console: &mut Console<'_>,
-) -> [Traced; 2] {
+fn traced(scene: &Scene<'_>, camera: &Camera, args: &PictureArgs, console: &mut Console<'_>) -> [Traced; 2] {
     let progress = console.progress(2 * u64::from(args.size[1]), "tracing");
     let rows = AtomicU64::new(0);
     [0, 1].map(|half| {
