@@ -44,9 +44,9 @@ impl Editor {
         let shown = Modal::new(egui::Id::unique("question")).show(context, |ui| {
             ui.set_width(460.0);
             match &asking {
-                Asking::Opening(Question::Recover(summary)) => ask_to_recover(ui, summary, answers),
+                Asking::Opening(Question::Recover(summary)) => ask_to_recover(ui, summary, &answers),
                 Asking::Opening(Question::Locked { holder, may_be_stale }) => {
-                    ask_about_lock(ui, holder, *may_be_stale, answers)
+                    ask_about_lock(ui, holder, *may_be_stale, &answers)
                 }
                 Asking::Opening(Question::Outside(files)) => ask_to_trust(ui, files, answers),
                 Asking::Opening(Question::Missing(missing)) => ask_for_missing(ui, missing, answers),
@@ -138,7 +138,7 @@ fn buttons(ui: &mut Ui, choices: Vec<(&str, Choice)>) -> Option<Choice> {
     .inner
 }
 
-fn ask_to_recover(ui: &mut Ui, summary: &Summary, answers: Answers) -> Option<Choice> {
+fn ask_to_recover(ui: &mut Ui, summary: &Summary, answers: &Answers) -> Option<Choice> {
     ui.heading("Work that was not saved");
     let name = match &summary.project {
         Some(project) => project.display().to_string(),
@@ -164,7 +164,7 @@ fn ask_to_recover(ui: &mut Ui, summary: &Summary, answers: Answers) -> Option<Ch
     buttons(ui, choices)
 }
 
-fn ask_about_lock(ui: &mut Ui, holder: &Holder, may_be_stale: bool, answers: Answers) -> Option<Choice> {
+fn ask_about_lock(ui: &mut Ui, holder: &Holder, may_be_stale: bool, answers: &Answers) -> Option<Choice> {
     ui.heading("The project is open elsewhere");
     ui.label(format!(
         "{holder} has it open. Two that save it would overwrite each other."

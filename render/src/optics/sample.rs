@@ -113,7 +113,7 @@ mod tests {
                 theta: theta_o,
                 phi: 0.0,
             };
-            let wanted = single_scattering(&fibre, &light, view, 1e-4).unwrap().sum();
+            let wanted = single_scattering(&fibre, view, &light, 1e-4).unwrap().sum();
             let whole: f64 = furnace_radiance(&fibre, theta_o, 1e-4).unwrap()[0];
             let (mut lit, mut all) = (0.0, 0.0);
             for _ in 0..COUNT {
