@@ -70,7 +70,7 @@ fn missing_files_are_asked_for_and_other_content_is_said() {
     let source = Source::File(path.clone());
     let asked = open_step(&source, &Answers::default(), &state).unwrap();
     assert!(matches!(asked, OpenStep::Ask(Question::Missing(missing)) if missing.len() == 1));
-    state.remember(&[moved.clone()], &[]).unwrap();
+    state.remember(std::slice::from_ref(&moved), &[]).unwrap();
     let again = UserState::in_folder(folder.path().join("state"));
     let found = open_step(&source, &Answers::default(), &again).unwrap();
     assert!(matches!(found, OpenStep::Opened(opened) if opened.document.is_modified()));
