@@ -7,7 +7,7 @@ use std::{
 
 use balayage_render::{
     gpu::{
-        Camera, CameraFile, FrameReport, Gpu, Method, Model, Multiple, Quality, RenderSettings, Renderer,
+        Camera, CameraFile, FrameReport, Gpu, Method, Model, Quality, RenderSettings, Renderer,
         ShadeSettings, Terms, ViewTransform,
     },
     image::write_png,
@@ -20,7 +20,7 @@ use super::{
     CliError, Console,
     hair_option::HairOption,
     light_options::LightOptions,
-    method_options::{MethodOptions, ModelName},
+    method_options::{MethodOptions, ModelName, MultipleName},
 };
 use crate::{
     Problem,
@@ -67,7 +67,7 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "TERMS", default_value = "all")]
     terms: Terms,
     /// How light that has crossed other fibres is added.
-    #[arg(long, value_enum, default_value_t = MultipleName::M2)]
+    #[arg(long, value_enum, default_value_t = MultipleName::M3)]
     multiple: MultipleName,
     /// Exact rays per point and light that shadows come from; 0: the density of the hair. [default: 64 with --quality high, else 0]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=1024))]
@@ -99,16 +99,6 @@ enum ViewName {
     Agx,
     /// Clipped.
     Raw,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum MultipleName {
-    /// S + 1.1 D + 0.2 L + 0.25 U.
-    M2,
-    /// Zinke 2008 as printed.
-    Zinke2008,
-    /// Single scattering only.
-    Off,
 }
 
 /// `WxH`.
@@ -312,11 +302,7 @@ fn settings(args: &RenderArgs, document: &Document) -> RenderSettings {
                 model: args.model.map_or(hair.model, Model::from),
                 ..method
             },
-            multiple: match args.multiple {
-                MultipleName::M2 => Multiple::M2,
-                MultipleName::Zinke2008 => Multiple::Zinke2008,
-                MultipleName::Off => Multiple::Off,
-            },
+            multiple: args.multiple.into(),
             terms: args.terms,
         },
         samples: args.samples,

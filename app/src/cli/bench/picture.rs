@@ -15,7 +15,7 @@ use super::report::{Cell, Report, Table};
 use crate::Problem;
 use crate::cli::hair_option::HairOption;
 use crate::cli::light_options::LightOptions;
-use crate::cli::method_options::{MethodOptions, ModelName};
+use crate::cli::method_options::{MethodOptions, ModelName, MultipleName};
 use crate::cli::{CliError, Console, open, render};
 use crate::document::{Document, Edit};
 
@@ -47,6 +47,9 @@ pub(super) struct PictureArgs {
     model: Option<ModelName>,
     #[command(flatten)]
     method: MethodOptions,
+    /// How light that has crossed other fibres is added.
+    #[arg(long, value_enum, default_value_t = MultipleName::M3)]
+    multiple: MultipleName,
     /// Exact rays per point and light of the refined picture.
     #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=1024))]
     visibility_rays: u32,
@@ -120,20 +123,14 @@ pub(super) fn run(args: &PictureArgs, console: &mut Console<'_>) -> Result<(), C
             "seconds",
         ],
     );
-    let mut shown = Vec::new();
-    for (which, (name, terms)) in [("single", Terms::SINGLE), ("all", Terms::ALL)]
-        .into_iter()
-        .enumerate()
-    {
-        let wanted = if which == 0 {
-            &reference.single
-        } else {
-            &reference.all
-        };
-        let mut row = vec![wanted.clone()];
-        for rays in [0, args.visibility_rays] {
-            // Nothing is carried over from one to the next but the groom.
-            renderer.set_lights(&lights)?;
+    let wanted = [&reference.single, &reference.all];
+    let mut shown = wanted.map(|picture| vec![picture.clone()]);
+    // Exact rays come last: shadows that were refined stay so.
+    for rays in [0, args.visibility_rays] {
+        for (which, (name, terms)) in [("single", Terms::SINGLE), ("all", Terms::ALL)]
+            .into_iter()
+            .enumerate()
+        {
             let settings = RenderSettings {
                 shade: ShadeSettings {
                     method: Method {
@@ -141,7 +138,7 @@ pub(super) fn run(args: &PictureArgs, console: &mut Console<'_>) -> Result<(), C
                         ..args.method.method(document.project().hair.scheme)
                     },
                     terms,
-                    ..ShadeSettings::default()
+                    multiple: args.multiple.into(),
                 },
                 samples: 4,
                 visibility_rays: rays,
@@ -151,7 +148,7 @@ pub(super) fn run(args: &PictureArgs, console: &mut Console<'_>) -> Result<(), C
             renderer.render(&camera, args.size, &settings)?;
             let seconds = start.elapsed().as_secs_f64();
             let picture = renderer.picture()?;
-            let found = picture.difference(wanted, TILE);
+            let found = picture.difference(wanted[which], TILE);
             let shadows = if rays == 0 {
                 "first frame".to_owned()
             } else {
@@ -167,9 +164,8 @@ pub(super) fn run(args: &PictureArgs, console: &mut Console<'_>) -> Result<(), C
                 noise.map_or(Cell::None, |noise| noise[which].into()),
                 seconds.into(),
             ]);
-            row.push(picture);
+            shown[which].push(picture);
         }
-        shown.push(row);
     }
     let mut notes = vec![
         format!("device: {}", gpu.adapter_name),
