@@ -24,7 +24,7 @@ const STROKES: &str = r#"{"version": 1, "groom": null, "operations": [
      "dabs": [{"root": [12, 0, 12], "arc": 0.1, "position": [12, 1, 12], "pressure": 1}]}]}"#;
 
 /// Exit code, standard output and standard error of a command.
-fn balayage(args: &[&str]) -> (u8, String, String) {
+pub fn balayage(args: &[&str]) -> (u8, String, String) {
     let (mut out, mut err) = (Vec::new(), Vec::new());
     let args = std::iter::once("balayage").chain(args.iter().copied());
     let code = balayage::cli::run(args, &mut out, &mut err);

@@ -22,7 +22,7 @@ const STROKES: &str = r#"{"version": 1, "operations": [{"id": 7, "layer": "ends"
     "radius_m": 0.05, "dabs": [{"root": [5, 0, 5], "arc": 0.9, "position": [5.1, 10.3, 5.2]}]}]}"#;
 
 /// A folder with a groom in a subfolder and a project that names it.
-fn sample(folder: &Path) -> std::path::PathBuf {
+pub fn sample(folder: &Path) -> std::path::PathBuf {
     fs::create_dir(folder.join("grooms")).unwrap();
     write_groom(folder.join("grooms/tuft.hair"), &tuft()).unwrap();
     let path = folder.join("project.json");

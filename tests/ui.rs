@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a helper that fails fails its test")]
 
 mod ui_light;
+mod ui_safety;
 mod ui_session;
 
 use std::{
@@ -12,7 +13,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use balayage::{document::Document, ui::Editor};
+use balayage::{
+    document::{Document, UserState},
+    ui::Editor,
+};
 use balayage_render::groom::{Groom, write_groom};
 use egui::{Key, Modifiers, Vec2};
 use egui_kittest::{Harness, kittest::Queryable};
@@ -38,13 +42,19 @@ fn project(folder: &Path) -> PathBuf {
 
 /// The editor with `path` open and its first sharp picture shown.
 fn editor(path: &Path) -> Harness<'static, Editor> {
-    let path = path.to_owned();
-    let mut harness = Harness::builder()
-        .with_size(Vec2::new(1100.0, 800.0))
-        .with_step_dt(1.0 / 60.0)
-        .build_eframe(|creation| Editor::new(&creation.egui_ctx, Some(path)));
+    let mut harness = opening(Some(path), path.parent().unwrap());
     settle(&mut harness, 0);
     harness
+}
+
+/// The editor on its way to `path`, with a memory of its own in `folder`.
+fn opening(path: Option<&Path>, folder: &Path) -> Harness<'static, Editor> {
+    let path = path.map(Path::to_owned);
+    let state = UserState::in_folder(folder.join("state"));
+    Harness::builder()
+        .with_size(Vec2::new(1100.0, 800.0))
+        .with_step_dt(1.0 / 60.0)
+        .build_eframe(|creation| Editor::with_state(&creation.egui_ctx, path, state))
 }
 
 /// Steps until a sharp picture newer than number `frames` is shown and nothing is under way.

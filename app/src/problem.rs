@@ -63,7 +63,15 @@ impl Problem {
         let remedy = match error.kind() {
             std::io::ErrorKind::NotFound => "check the path",
             std::io::ErrorKind::PermissionDenied => "change its permissions or choose another place",
-            std::io::ErrorKind::StorageFull => "free some space or choose another disk",
+            std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded => {
+                "free some space or choose another disk"
+            }
+            std::io::ErrorKind::ReadOnlyFilesystem => "choose a place that can be written",
+            std::io::ErrorKind::StaleNetworkFileHandle
+            | std::io::ErrorKind::HostUnreachable
+            | std::io::ErrorKind::NetworkUnreachable
+            | std::io::ErrorKind::NetworkDown
+            | std::io::ErrorKind::TimedOut => "reconnect the network folder or choose another place",
             _ => "check the disk and try again",
         };
         Self::at("", format!("{doing} failed: {error}"), remedy).in_file(file)

@@ -12,7 +12,9 @@ use serde_json::{Value, json};
 use super::{CliError, Console};
 use crate::{
     Problem,
-    document::{CameraPose, Environment, MAX_PROJECT_BYTES, check_camera, files, map_warnings},
+    document::{
+        CameraPose, Environment, MAX_PROJECT_BYTES, UserState, check_camera, files, map_warnings, recover,
+    },
     paint::StrokeFile,
 };
 
@@ -68,6 +70,23 @@ pub(super) fn run(args: &CheckArgs, console: &mut Console<'_>) -> Result<(), Cli
     Ok(console.result(value, &format!("{}: {text}", file.display()))?)
 }
 
+/// Tells of edits that a crash left in journals of a project.
+fn recovery_of(file: &Path, console: &mut Console<'_>) -> Vec<Value> {
+    let journals = recover::journals_of(Some(file), UserState::of_user().folder());
+    let summaries = journals
+        .iter()
+        .filter_map(|contents| recover::summary(contents, Some(file)));
+    summaries
+        .map(|summary| {
+            console.warn(&format!(
+                "{}: {summary}; recover them with `balayage recover` or in the editor",
+                summary.journal.display()
+            ));
+            super::recover::to_json(&summary)
+        })
+        .collect()
+}
+
 /// A JSON file is told by its keys.
 fn check_json(
     file: &Path,
@@ -99,8 +118,9 @@ fn check_json(
                 file.display()
             ));
         }
+        let journals = recovery_of(file, console);
         let value = json!({
-            "kind": "project", "version": project.version, "layers": layers, "operations": operations,
+            "kind": "project", "journals": journals, "version": project.version, "layers": layers, "operations": operations,
             "strands": strands, "points": points,
             "light": {"environment": environment, "files": light_files.len(), "hand_lights": hand_lights},
         });

@@ -13,6 +13,8 @@ mod light_options;
 pub mod method_options;
 mod paint;
 pub mod probe;
+mod recover;
+mod relink;
 mod render;
 
 use std::{
@@ -23,7 +25,10 @@ use std::{
 use balayage_render::{gpu::GpuError, groom::GroomError, image::PictureError};
 use clap::{Parser, Subcommand};
 
-use crate::{Problem, document::Document};
+use crate::{
+    Problem,
+    document::{Document, relink as document_relink},
+};
 pub use console::Console;
 
 /// Paint physically based hair.
@@ -50,6 +55,10 @@ enum Command {
     Paint(paint::PaintArgs),
     /// Check that a file can be read and say what is in it.
     Check(check::CheckArgs),
+    /// Recover the edits that a crash left in a project's journal.
+    Recover(recover::RecoverArgs),
+    /// Find or name the files of a project that were moved.
+    Relink(relink::RelinkArgs),
     /// Fit SRBF lights to an environment map.
     Fit(fit::FitArgs),
     /// Convert between groom formats.
@@ -139,6 +148,8 @@ pub fn run<A: Into<OsString> + Clone>(
         Command::Render(args) => render::run(args, &mut console),
         Command::Paint(args) => paint::run(args, &mut console),
         Command::Check(args) => check::run(args, &mut console),
+        Command::Recover(args) => recover::run(args, &mut console),
+        Command::Relink(args) => relink::run(args, &mut console),
         Command::Fit(args) => fit::run(args, &mut console),
         Command::Convert(args) => convert::run(args, &mut console),
         Command::Bench(args) => bench::run(args, &mut console),
@@ -165,6 +176,17 @@ fn open(
     }
     for warning in &opened.warnings {
         console.warn(warning);
+    }
+    // The person who typed the command has asked for this project; what it reads besides is told.
+    let document = &opened.document;
+    if document.path().is_some() {
+        for file in document_relink::outside_files(document.project(), document.folder()) {
+            console.warn(&format!(
+                "{}: the project reads {}, which lies outside its folder",
+                path.display(),
+                file.display()
+            ));
+        }
     }
     Ok(opened.document)
 }

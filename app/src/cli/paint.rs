@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::{CliError, Console};
 use crate::{
-    document::{Edit, Layer, MAX_PROJECT_BYTES, files},
+    document::{Edit, Layer, MAX_PROJECT_BYTES, ProjectLock, files},
     paint::{DirtyRanges, StrokeFile},
 };
 
@@ -77,6 +77,12 @@ pub(super) fn run(args: &PaintArgs, console: &mut Console<'_>) -> Result<(), Cli
     }
     drop(progress);
     let milliseconds = start.elapsed().as_secs_f64() * 1e3;
+    if let Some(holder) = ProjectLock::holder(&args.output) {
+        console.warn(&format!(
+            "{}: {holder} has the project open: its next save will ask before it overwrites this one",
+            args.output.display()
+        ));
+    }
     document.save_as(&args.output)?;
 
     let points = changed.point_count();

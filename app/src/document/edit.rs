@@ -4,6 +4,7 @@ use super::{
     Document, check,
     hand_light::hand_label,
     history::{Splice, Step},
+    patch::Patch,
     project::{Dye, HairSettings, HeadReference, Layer, LightSettings},
 };
 use crate::{
@@ -142,7 +143,7 @@ impl Document {
             }
         };
         let mut step = step;
-        let changes = self.swap(&mut step);
+        let changes = self.swap_recorded(&mut step);
         self.history.push(label, step);
         Ok(changes)
     }
@@ -169,10 +170,12 @@ impl Document {
             Step::Stroke { operation, before } => {
                 let undone = self.project.operations.pop()?;
                 let points = self.undo_stroke(&undone, before.take());
+                let at = self.project.operations.len();
+                self.record(|project| Patch::of_operations(project, at, 0, std::slice::from_ref(&undone)));
                 *operation = Some(Box::new(undone));
                 points.into()
             }
-            step => self.swap(step),
+            step => self.swap_recorded(step),
         };
         let label = entry.label.clone();
         self.history.redo.push(entry);
@@ -189,9 +192,10 @@ impl Document {
             Step::Stroke { operation, before } => {
                 let (points, touched) = self.redo_stroke(*operation.take()?)?;
                 *before = Some(touched);
+                self.record_stroke();
                 points.into()
             }
-            step => self.swap(step),
+            step => self.swap_recorded(step),
         };
         let label = entry.label.clone();
         self.history.undo.push(entry);

@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 
 use balayage_render::light::{LightSet, SrbfLight};
 use glam::{DVec3, Vec3};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::project::{Environment, LightSettings};
@@ -22,7 +23,7 @@ pub const MAX_HAND_LIGHTS: usize = 256;
 const SAME_PLACE: f64 = 0.25;
 
 /// A light that a person made or changed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HandLight {
     /// What a person calls it; no two hand-made lights have the same name.
     pub name: String,

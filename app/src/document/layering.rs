@@ -151,6 +151,7 @@ impl Document {
             })
         });
         if same {
+            self.record_step(&step, Vec::new());
             self.history.push(label, step);
             return Ok(changes);
         }

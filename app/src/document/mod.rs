@@ -3,6 +3,7 @@
 //! The painted values are a pure function of groom and project. Painting keeps them up to date point by point; the result
 //! is bit for bit that of a replay.
 
+mod backups;
 mod builtin;
 mod check;
 mod compose;
@@ -10,15 +11,25 @@ mod edit;
 pub mod files;
 mod hand_light;
 mod history;
+pub mod journal;
+mod journaling;
 pub mod json;
 mod layering;
 mod lighting;
+mod lock;
 pub mod material;
 mod open;
+mod opening;
 mod operations;
+mod patch;
 mod project;
+pub mod recover;
+pub mod relink;
+mod saving;
+mod schema;
 mod sequence;
 mod stroking;
+mod user_state;
 
 use std::{path::PathBuf, sync::Arc};
 
@@ -28,6 +39,7 @@ use balayage_render::{
 };
 use rayon::prelude::*;
 
+pub use backups::{backup_path, backups_of};
 pub use builtin::builtin_environments;
 pub use check::check_camera;
 pub(crate) use check::check_hair;
@@ -35,12 +47,18 @@ pub use edit::{Changes, Edit};
 pub use hand_light::{HandLight, LightId, ListedLight, MAX_HAND_LIGHTS};
 pub use history::DEFAULT_HISTORY_BYTES;
 pub use lighting::{FitReport, Lighting, map_warnings};
+pub use lock::{Holder, LockError, ProjectLock};
 pub use open::{MAX_PROJECT_BYTES, Opened};
+pub use opening::{Answers, JournalAnswer, LockAnswer, OpenStep, Question, Source, open_step};
+pub use patch::Patch;
 pub use project::{
     Blend, CameraPose, Dye, Environment, GroomReference, HairSettings, HeadReference, Layer, LightSettings,
     MAX_LAYERS, Open, PROJECT_VERSION, Project, Sequence,
 };
+pub use saving::{SaveOptions, Saved};
+pub use schema::{project_schema, stroke_schema};
 pub use sequence::{MAX_MAPS, maps_of};
+pub use user_state::{MAX_BACKUPS, UserState};
 
 use crate::{
     Problem,
@@ -48,6 +66,7 @@ use crate::{
 };
 use compose::LayerState;
 use history::History;
+use journaling::Keeper;
 use operations::Prefix;
 
 /// An open project with its painted values and its history.
@@ -56,6 +75,12 @@ pub struct Document {
     project: Project,
     /// Where the project is saved; none for one that never was.
     path: Option<PathBuf>,
+    /// Content hash of the file there when it was read or written last.
+    disk_hash: Option<String>,
+    /// Keeps others from writing that file.
+    lock: Option<ProjectLock>,
+    /// Writes down every edit, where the document was asked to.
+    keeper: Option<Keeper>,
     /// The folder that the project's paths count from.
     folder: PathBuf,
     /// What each layer amounts to, in the order of the project's layers.
@@ -66,6 +91,8 @@ pub struct Document {
     params: Vec<VertexParams>,
     history: History,
     saved_state: u64,
+    /// The document differs from the file since it was opened: recovered or linked to other files.
+    is_restored: bool,
     /// The stroke under way and the index of its layer.
     live: Option<(usize, LiveStroke)>,
     /// What comes before the operation that is being adjusted.
@@ -84,6 +111,9 @@ impl Document {
             index: Arc::new(StrandIndex::new(groom)),
             project,
             path: None,
+            disk_hash: None,
+            lock: None,
+            keeper: None,
             folder,
             layers: Vec::new(),
             brought: None,
@@ -91,6 +121,7 @@ impl Document {
             params: Vec::new(),
             history: History::new(),
             saved_state: 0,
+            is_restored: false,
             live: None,
             prefix: None,
         };
@@ -190,7 +221,7 @@ impl Document {
 
     /// True where something would be lost if the document was closed now.
     pub fn is_modified(&self) -> bool {
-        self.history.state() != self.saved_state || self.live.is_some()
+        self.history.state() != self.saved_state || self.live.is_some() || self.is_restored
     }
 
     /// What undo would take back.

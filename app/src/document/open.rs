@@ -7,8 +7,10 @@ use balayage_render::groom::{
 };
 
 use super::{
-    Document, builtin, files, json,
+    Document, builtin, files,
     project::{GroomReference, Project},
+    relink::{self, Role},
+    saving,
 };
 use crate::Problem;
 
@@ -40,10 +42,8 @@ impl Document {
             if metres_per_unit.is_some() {
                 project.groom.metres_per_unit = metres_per_unit;
             }
-            let mut opened = Self::open_project(project, &folder)
-                .map_err(|p| if p.file.is_empty() { p.in_file(path) } else { p })?;
-            opened.document.path = Some(path.to_owned());
-            return Ok(opened);
+            let hash = saving::content_hash(text.as_bytes());
+            return Self::open_saved(project, path, &folder, Some(hash));
         }
         let name = path
             .file_name()
@@ -60,13 +60,40 @@ impl Document {
         Self::from_loaded(project, &folder, loaded, painted)
     }
 
-    /// The document of a project whose paths count from `folder`.
+    /// The document of a project that is saved at `path`, whose file has the content `hash`.
+    pub(super) fn open_saved(
+        project: Project,
+        path: &Path,
+        folder: &Path,
+        hash: Option<String>,
+    ) -> Result<Opened, Problem> {
+        let mut opened = Self::open_project(project, folder)
+            .map_err(|p| if p.file.is_empty() { p.in_file(path) } else { p })?;
+        opened.document.path = Some(path.to_owned());
+        opened.document.disk_hash = hash;
+        Ok(opened)
+    }
+
+    /// The document of a project whose paths count from `folder`. Files that were moved inside that folder are found again.
     ///
     /// # Errors
     /// As [`Document::open`].
-    pub fn open_project(project: Project, folder: &Path) -> Result<Opened, Problem> {
+    pub fn open_project(mut project: Project, folder: &Path) -> Result<Opened, Problem> {
+        let (moved, missing) = relink::find_moved(&mut project, folder, &[]);
+        if let Some(groom) = missing.iter().find(|missing| missing.role == Role::Groom) {
+            return Err(Problem::at(
+                "groom",
+                "the file is not there, and none beside the project has its content",
+                "restore it, or say where it is: `balayage relink PROJECT --groom FILE`",
+            )
+            .in_file(&groom.path));
+        }
         let (loaded, painted) = read_groom(&project.groom, folder)?;
-        Self::from_loaded(project, folder, loaded, painted)
+        let mut opened = Self::from_loaded(project, folder, loaded, painted)?;
+        opened.document.is_restored = !moved.is_empty();
+        let found = moved.iter().map(ToString::to_string);
+        opened.warnings.splice(0..0, found);
+        Ok(opened)
     }
 
     fn from_loaded(
@@ -131,32 +158,10 @@ impl Document {
         };
         Ok(Some(mesh?))
     }
-
-    /// Saves to `path`, which becomes the document's own; the paths in the project follow it.
-    ///
-    /// # Errors
-    /// The file cannot be written; the old file and the document are as before.
-    pub fn save_as(&mut self, path: &Path) -> Result<(), Problem> {
-        self.commit_stroke();
-        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-        let mut project = self.project.clone();
-        project.map_paths(|reference| match builtin::bytes(reference) {
-            Some(_) => reference.to_owned(),
-            None => files::relative(&self.resolve(reference), &folder),
-        });
-        let text = json::to_text(&project)
-            .map_err(|e| Problem::at("", e.to_string(), "report this as a bug").in_file(path))?;
-        files::write_atomic(path, text.as_bytes())?;
-        self.project = project;
-        self.folder = folder;
-        self.path = Some(path.to_owned());
-        self.saved_state = self.history.state();
-        Ok(())
-    }
 }
 
 /// True where `path` names a project by its extension.
-fn is_project(path: &Path) -> bool {
+pub(super) fn is_project(path: &Path) -> bool {
     path.extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("json"))
 }

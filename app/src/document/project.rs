@@ -1,9 +1,12 @@
 //! The project file: everything that a picture depends on, as JSON.
 
+use std::collections::BTreeMap;
+
 use balayage_render::{
     gpu::{Model, Scheme},
     param::{LobeRatios, PigmentSet, PointValues},
 };
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::hand_light::HandLight;
@@ -21,7 +24,7 @@ pub const PROJECT_VERSION: u32 = 2;
 pub const MAX_LAYERS: usize = 100;
 
 /// A known structure and the fields beside it that this version does not know.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Open<T> {
     /// The known fields.
     #[serde(flatten)]
@@ -41,7 +44,7 @@ impl<T> From<T> for Open<T> {
 }
 
 /// A project. Paths are relative to the folder of the project file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Project {
     /// [`PROJECT_VERSION`].
     pub version: u32,
@@ -71,13 +74,17 @@ pub struct Project {
     /// Every stroke and salon operation, first applied first; the list of a stroke file.
     #[serde(default)]
     pub operations: Vec<Operation>,
+    /// Content hashes of the head and of what lights the hair when the project was saved, by their paths: by them a file that was
+    /// moved is found again. Maps of a sequence have none.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub files: BTreeMap<String, String>,
     /// Unknown fields.
     #[serde(flatten)]
     pub extra: Extra,
 }
 
 /// Which groom the strokes belong to.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct GroomReference {
     /// Path of the groom file.
     pub path: String,
@@ -93,7 +100,7 @@ pub struct GroomReference {
 }
 
 /// A head in the groom's space.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HeadReference {
     /// Path of the OBJ file, in the groom's unit.
     pub path: String,
@@ -103,7 +110,7 @@ pub struct HeadReference {
 }
 
 /// Where light comes from.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Environment {
     /// A gradient sky with a sun.
@@ -122,7 +129,7 @@ pub enum Environment {
 }
 
 /// Equirectangular maps that follow each other, round and round.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Sequence {
     /// Paths of the maps, Radiance or OpenEXR.
     pub maps: Vec<String>,
@@ -146,7 +153,7 @@ fn usual_fps() -> f32 {
 }
 
 /// The environment and how it is used.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct LightSettings {
     /// Where light comes from.
@@ -181,7 +188,7 @@ impl Default for LightSettings {
 }
 
 /// A camera: the JSON of `--camera`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CameraPose {
     /// Rows of the matrix that takes camera space (looking along -z, y up) to the groom's space.
     pub world_from_camera: [[f32; 4]; 4],
@@ -193,7 +200,7 @@ pub struct CameraPose {
 }
 
 /// The parameters of unpainted hair.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct HairSettings {
     /// Value of every channel where nothing is painted.
@@ -216,7 +223,7 @@ pub struct HairSettings {
 }
 
 /// A layer of paint.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Layer {
     /// What operations call it; never changes.
     pub id: String,
@@ -243,7 +250,7 @@ pub struct Layer {
 }
 
 /// A dye of the project's library.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Dye {
     /// What a person calls it.
     pub name: String,
@@ -277,7 +284,7 @@ pub(super) fn usual_dyes() -> Vec<Dye> {
 }
 
 /// How a layer's paint meets what lies below it, in the channel's own space, by opacity o.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Blend {
     /// The strokes act on what lies below: (1 - o) x + o paint(x).
@@ -331,6 +338,7 @@ impl Project {
             layers: vec![Layer::new("paint", "Paint")],
             dyes: usual_dyes(),
             operations: Vec::new(),
+            files: BTreeMap::new(),
             extra: Extra::new(),
         }
     }
@@ -363,6 +371,8 @@ impl Project {
     /// Applies `change` to every path of the project.
     pub fn map_paths(&mut self, mut change: impl FnMut(&str) -> String) {
         self.groom.path = change(&self.groom.path);
+        let files = std::mem::take(&mut self.files).into_iter();
+        self.files = files.map(|(path, hash)| (change(&path), hash)).collect();
         if let Some(head) = &mut self.head {
             head.path = change(&head.path);
         }

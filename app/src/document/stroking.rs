@@ -60,6 +60,7 @@ impl Document {
                 before: Some(before),
             },
         );
+        self.record_stroke();
     }
 
     /// Drops the stroke under way; returns the points whose values changed back.

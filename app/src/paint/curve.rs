@@ -1,11 +1,12 @@
 //! A curve from (0, y) to (1, y) through a few points, without overshoot: how a gradient rises.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::problem::{Problem, within};
 
 /// Points of a curve from x = 0 to x = 1, each y in [0, 1]; between them a monotone cubic.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Curve(pub Vec<[f32; 2]>);
 
 /// Points above this number are refused.

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -12,7 +13,7 @@ use super::{
 use crate::problem::{Problem, within};
 
 /// A layer's mask: the product of its parts and of what is painted on the layer's mask channel.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Mask {
     /// The parts; a list without a painted part has an open one.
@@ -22,7 +23,7 @@ pub struct Mask {
 }
 
 /// One condition of a mask.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MaskPart {
     /// The condition.
     #[serde(flatten)]
@@ -33,7 +34,7 @@ pub struct MaskPart {
 }
 
 /// What a part of a mask lets through.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MaskKind {
     /// A range of the root-to-tip coordinate.

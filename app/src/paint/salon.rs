@@ -4,6 +4,7 @@
 //! does to a covered point is what a stroke does. It is stored with its parameters and replayed, so that every one of them can
 //! be changed afterwards.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -22,7 +23,7 @@ const CHOOSE: u32 = 1;
 const WEAVE: u32 = 2;
 
 /// Which points an operation without dabs covers.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Shape {
     /// Every point.
@@ -42,12 +43,12 @@ pub enum Shape {
 }
 
 /// [`Shape::Fill`] has no parameters.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Fill {}
 
 /// [`Shape::Regrowth`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Regrowth {
     /// How far it has grown.
@@ -59,7 +60,7 @@ pub struct Regrowth {
 }
 
 /// [`Shape::Gradient`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Gradient {
     /// Distance from the root where it begins.
@@ -73,7 +74,7 @@ pub struct Gradient {
 }
 
 /// [`Shape::Balayage`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Balayage {
     /// Width of a sub-section on the scalp.
@@ -93,7 +94,7 @@ pub struct Balayage {
 }
 
 /// The direction in which foils follow one another.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Parting {
     /// From ear to ear (x).
@@ -106,7 +107,7 @@ pub enum Parting {
 }
 
 /// [`Shape::Foils`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Foils {
     /// Direction in which they follow one another.
@@ -126,7 +127,7 @@ pub struct Foils {
 }
 
 /// [`Shape::Grey`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Grey {
     /// Share of the strands.
@@ -140,7 +141,7 @@ pub struct Grey {
 }
 
 /// [`Shape::TipFade`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct TipFade {
     /// Distance from the tip where it begins.

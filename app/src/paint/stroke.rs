@@ -1,6 +1,7 @@
 //! The record of a stroke: the JSON that the project holds and that `balayage paint` reads.
 
 use balayage_render::param::Channel;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Shape;
@@ -13,7 +14,7 @@ pub type Extra = serde_json::Map<String, serde_json::Value>;
 pub const STROKE_VERSION: u32 = 2;
 
 /// A stroke file: operations to be applied in order.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct StrokeFile {
     /// [`STROKE_VERSION`].
     pub version: u32,
@@ -28,7 +29,7 @@ pub struct StrokeFile {
 }
 
 /// The name of an operation: a number or a text.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum OperationId {
     /// A running number.
@@ -47,7 +48,7 @@ impl std::fmt::Display for OperationId {
 }
 
 /// One stroke: dabs of one brush on one channel of one layer; or a salon operation, which has a shape instead of dabs.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Operation {
     /// Name of the operation, unique in its project.
     pub id: OperationId,
@@ -106,7 +107,7 @@ pub struct Operation {
 }
 
 /// One touch of the brush, in groom space: positions in the groom's unit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Dab {
     /// Root of the strand that was touched.
     pub root: [f32; 3],
@@ -123,7 +124,7 @@ pub struct Dab {
 }
 
 /// How a stroke's value meets the value before the stroke, by coverage c.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
     /// Towards the value: (1 - c) x + c v.
@@ -141,7 +142,7 @@ pub enum Mode {
 }
 
 /// How coverage falls between the hard core and the rim of a dab.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Falloff {
     /// A cubic without corners.
@@ -158,7 +159,7 @@ pub enum Falloff {
 }
 
 /// Which points a dab reaches.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Reach {
     /// The sphere round the dab; the editor puts dabs on visible strands only.
@@ -171,7 +172,7 @@ pub enum Reach {
 }
 
 /// A brush's value: one number, or three for dye (one number stands for three equal ones).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum StrokeValue {
     /// One number.

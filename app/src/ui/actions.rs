@@ -1,16 +1,12 @@
-//! What commands do: opening and saving in the background, undo, the question about unsaved changes.
+//! What commands do: undo, layers, file dialogs, the question about unsaved changes.
 
-use std::{
-    path::{Path, PathBuf},
-    sync::Arc,
-};
+use std::path::PathBuf;
 
 use egui::{Context, ViewportCommand};
 
-use super::{Command, Editor, editor::Loaded, job::Job, viewer::SceneInput};
+use super::{Command, Editor, editor::Opening, job::Job, questions::Asking};
 use crate::{
-    Problem,
-    document::{Document, Edit, Environment, Layer, Opened},
+    document::{Document, Edit, Environment, Layer, relink::Role},
     tool::{Tool, ViewCamera},
 };
 
@@ -31,6 +27,7 @@ pub(super) enum PendingAction {
 pub(super) enum DialogAnswer {
     Open(PathBuf),
     SaveAs(PathBuf),
+    Link(Role, PathBuf),
     Environment(PathBuf),
     Lights(PathBuf),
     SaveLights(PathBuf),
@@ -168,58 +165,18 @@ impl Editor {
         self.layer = id;
     }
 
-    /// Opens a project or groom in the background.
-    pub fn open(&mut self, context: &Context, path: PathBuf) {
-        let name = path.display().to_string();
-        self.start_opening(context, &name, move || Document::open(&path, None));
-    }
-
-    pub(super) fn open_sample(&mut self, context: &Context) {
-        self.start_opening(context, "the sample", Document::sample);
-    }
-
-    fn start_opening(
-        &mut self,
-        context: &Context,
-        name: &str,
-        open: impl FnOnce() -> Result<Opened, Problem> + Send + 'static,
-    ) {
-        self.opening = Some(Job::start(format!("Opening {name}"), context, move |_| {
-            let opened = open()?;
-            let head = opened.document.load_head()?.map(Arc::new);
-            Ok(Loaded { opened, head })
-        }));
-    }
-
-    /// Saves the project to `path`; what waited for it goes on.
-    pub fn save_to(&mut self, context: &Context, path: &Path) {
-        let Some(document) = &mut self.document else {
-            return;
-        };
-        let pose = self.camera.map(|camera| camera.pose());
-        let saved = document.set_camera(pose).and_then(|()| document.save_as(path));
-        match saved {
-            Ok(()) => {
-                self.say(format!("Saved {}", path.display()));
-                if let Some(action) = self.after_save.take() {
-                    self.proceed(context, action);
-                }
-            }
-            Err(problem) => {
-                self.after_save = None;
-                self.complain(&problem);
-            }
-        }
-    }
-
     /// Takes the results of background work.
     pub(super) fn take_results(&mut self, context: &Context) {
         if let Some(result) = self.opening.as_ref().and_then(Job::poll) {
             self.opening = None;
             match result {
-                Ok(loaded) => self.take_document(loaded),
+                Ok(Opening::Loaded(loaded)) => self.take_document(*loaded),
+                Ok(Opening::Ask(question)) => self.asking = Some(Asking::Opening(question)),
                 Err(problem) => self.complain(&problem),
             }
+        }
+        if let Some(problem) = self.document.as_mut().and_then(Document::take_journal_problem) {
+            self.complain(&problem);
         }
         self.take_lighting(context);
         if let Some(result) = self.dialog.as_ref().and_then(Job::poll) {
@@ -230,40 +187,6 @@ impl Editor {
                 Err(problem) => self.complain(&problem),
             }
         }
-    }
-
-    fn take_document(&mut self, loaded: Loaded) {
-        let Loaded { opened, head } = loaded;
-        let document = opened.document;
-        let bounds = document.groom().bounds();
-        let pose = document.project().camera.as_ref();
-        self.camera = pose
-            .and_then(|pose| ViewCamera::from_pose(pose, bounds))
-            .or_else(|| Some(ViewCamera::framing(bounds, self.aspect)));
-        self.layer = document
-            .project()
-            .layers
-            .last()
-            .map(|layer| layer.id.clone())
-            .unwrap_or_default();
-        self.messages.clear();
-        if opened.report.repairs() > 0 {
-            self.say(opened.report.to_string());
-        }
-        for warning in opened.warnings {
-            self.say(warning);
-        }
-        if self.messages.is_empty() {
-            self.say("Drag over the hair to dye it. Alt+drag to look around.");
-        }
-        let groom = document.groom_as_drawn();
-        self.document = Some(document);
-        self.fitted_for = None;
-        match groom {
-            Ok(groom) => self.send_scene(SceneInput { groom, head }),
-            Err(problem) => self.complain(&problem),
-        }
-        self.refresh_light();
     }
 
     fn take_answer(&mut self, context: &Context, answer: DialogAnswer) {
@@ -277,6 +200,12 @@ impl Editor {
                 };
                 self.save_to(context, &path);
             }
+            DialogAnswer::Link(role, path) => {
+                let (source, mut answers) = self.request.clone();
+                answers.files.push((role, path));
+                self.asking = None;
+                self.start_opening(context, source, answers);
+            }
             DialogAnswer::Environment(path) => self.set_environment(&path, Environment::Map),
             DialogAnswer::Lights(path) => self.set_environment(&path, Environment::Lights),
             DialogAnswer::SaveLights(path) => self.save_lights(&path.with_extension("json")),
@@ -284,7 +213,7 @@ impl Editor {
         }
     }
 
-    fn ask_where_to_save(&mut self, context: &Context) {
+    pub(super) fn ask_where_to_save(&mut self, context: &Context) {
         let dialog = rfd::AsyncFileDialog::new()
             .add_filter("Balayage projects", &["json"])
             .set_file_name("untitled.json")
@@ -295,7 +224,7 @@ impl Editor {
         }));
     }
 
-    fn ask_for_file(
+    pub(super) fn ask_for_file(
         &mut self,
         context: &Context,
         what: &str,
@@ -344,7 +273,7 @@ impl Editor {
         }
     }
 
-    fn proceed(&mut self, context: &Context, action: PendingAction) {
+    pub(super) fn proceed(&mut self, context: &Context, action: PendingAction) {
         match action {
             PendingAction::AskToOpen => {
                 self.ask_for_file(

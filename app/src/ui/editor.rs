@@ -15,13 +15,14 @@ use super::{
     lighting::{FitKey, Fitted},
     panel_dye::DyeState,
     panel_light::LightTab,
+    questions::Asking,
     theme,
     viewer::{Frame, SceneInput, Viewer, ViewerEvent},
     viewport::Gesture,
 };
 use crate::{
     Problem,
-    document::{Changes, Document, Edit, Lighting, Opened},
+    document::{Answers, Changes, Document, Edit, Lighting, Opened, Question, Source, UserState},
     tool::{Brush, PickFrame, Tool, ViewCamera},
 };
 
@@ -29,6 +30,12 @@ use crate::{
 pub(super) struct Loaded {
     pub(super) opened: Opened,
     pub(super) head: Option<Arc<Mesh>>,
+}
+
+/// What opening came to: a document, or a question to the person.
+pub(super) enum Opening {
+    Loaded(Box<Loaded>),
+    Ask(Question),
 }
 
 /// A line for the person.
@@ -99,7 +106,13 @@ pub struct Editor {
     /// The widget whose drag the newest history entry belongs to.
     pub(super) slider: Option<egui::Id>,
     pub(super) light_tab: LightTab,
-    pub(super) opening: Option<Job<Loaded>>,
+    pub(super) opening: Option<Job<Opening>>,
+    /// What is being opened, and what the person has said about it so far.
+    pub(super) request: (Source, Answers),
+    /// What only the person can decide.
+    pub(super) asking: Option<Asking>,
+    /// What is remembered from session to session.
+    pub(super) state: UserState,
     pub(super) fitting: Option<Job<Fitted>>,
     pub(super) dialog: Option<Job<Option<DialogAnswer>>>,
     /// What waits for the person's answer to "unsaved changes".
@@ -115,6 +128,11 @@ pub struct Editor {
 impl Editor {
     /// An editor that opens `open`, or the built-in sample.
     pub fn new(context: &Context, open: Option<PathBuf>) -> Self {
+        Self::with_state(context, open, UserState::of_user())
+    }
+
+    /// [`Editor::new`] with another memory of earlier sessions.
+    pub fn with_state(context: &Context, open: Option<PathBuf>, state: UserState) -> Self {
         theme::apply(context);
         let mut editor = Self {
             document: None,
@@ -147,6 +165,9 @@ impl Editor {
             slider: None,
             light_tab: LightTab::default(),
             opening: None,
+            request: (Source::Sample, Answers::default()),
+            asking: None,
+            state,
             fitting: None,
             dialog: None,
             guard: None,
@@ -186,6 +207,11 @@ impl Editor {
     /// Whether the newest picture is a draft; none before the first.
     pub fn is_draft(&self) -> Option<bool> {
         self.shown.as_ref().map(|shown| shown.is_draft)
+    }
+
+    /// Destroys the device that draws, as a driver or a pulled cable would.
+    pub fn destroy_device(&mut self) {
+        self.viewer.destroy_device();
     }
 
     pub(super) fn say(&mut self, text: impl Into<String>) {
@@ -294,6 +320,11 @@ impl Editor {
                     let remedy = "the document is safe; change anything to try again";
                     self.complain(&Problem::at("picture", reason, remedy));
                 }
+                ViewerEvent::Lost(reason) => {
+                    let text = format!("picture: {reason}; the document is safe, the picture is made anew");
+                    log::warn!("{text}");
+                    self.say(text);
+                }
             }
         }
     }
@@ -372,6 +403,9 @@ impl Editor {
                 ui.menu_button(name, |ui| {
                     for command in commands {
                         self.menu_item(ui, *command);
+                    }
+                    if name == "File" {
+                        self.backups_setting(ui);
                     }
                 });
             }
@@ -514,7 +548,7 @@ impl eframe::App for Editor {
         self.take_results(&context);
         self.take_pictures(&context);
         self.guard_close(&context);
-        if self.guard.is_none() && !context.egui_wants_keyboard_input() {
+        if self.guard.is_none() && self.asking.is_none() && !context.egui_wants_keyboard_input() {
             while let Some(command) = context.input_mut(Command::pressed) {
                 self.run(&context, command);
             }
@@ -538,6 +572,12 @@ impl eframe::App for Editor {
             .show(ui, |ui| self.right_dock(ui));
         egui::CentralPanel::no_frame().show(ui, |ui| self.viewport(ui));
         self.guard_dialog(&context);
+        self.question_dialog(&context);
         self.set_title(&context);
+    }
+
+    /// What was not saved was given up when the window closed; a journal is for those who had no choice.
+    fn on_exit(&mut self) {
+        self.give_up_document();
     }
 }

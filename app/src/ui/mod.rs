@@ -2,6 +2,7 @@
 
 mod actions;
 mod command;
+mod documents;
 mod editor;
 mod job;
 mod light_ball;
@@ -16,6 +17,7 @@ mod panel_layers;
 mod panel_light;
 mod panel_mask;
 mod panel_operations;
+mod questions;
 mod sequence;
 mod status;
 mod theme;

@@ -2,6 +2,7 @@
 //! device costs a frame, not the document. The newest request wins; what has not changed is not sent.
 
 use std::{
+    panic::{self, AssertUnwindSafe},
     sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
     thread,
     time::{Duration, Instant},
@@ -97,6 +98,8 @@ pub(super) enum ViewerEvent {
     Frame(Box<Frame>),
     /// The picture could not be made; the next request starts anew.
     Failed(String),
+    /// The device is gone; the picture is being made on another one.
+    Lost(String),
 }
 
 /// What has changed since the thread last looked.
@@ -106,6 +109,7 @@ struct Inbox {
     params: Option<(Vec<VertexParams>, DirtyRanges)>,
     light: Option<LightInput>,
     view: Option<ViewRequest>,
+    destroy: bool,
     quit: bool,
 }
 
@@ -115,6 +119,7 @@ impl Inbox {
             && self.params.is_none()
             && self.light.is_none()
             && self.view.is_none()
+            && !self.destroy
             && !self.quit
     }
 }
@@ -190,6 +195,11 @@ impl Viewer {
         }
     }
 
+    /// Destroys the device under the renderer.
+    pub(super) fn destroy_device(&self) {
+        self.send(|inbox| inbox.destroy = true);
+    }
+
     /// What was reported since the last call.
     pub(super) fn events(&mut self) -> Vec<ViewerEvent> {
         let mut events = std::mem::take(&mut *self.shared.events());
@@ -225,6 +235,8 @@ const REST: Duration = Duration::from_millis(150);
 /// How long nothing may change before shadows are refined by exact rays, and how many per point and light.
 const LONG_REST: Duration = Duration::from_millis(1200);
 const REFINED_RAYS: u32 = 16;
+/// Devices that are lost one after the other before the picture is given up until something changes.
+const MAX_LOSSES: u32 = 2;
 /// Drafts have that share of the viewport's pixels per side.
 const DRAFT_SHARE: u32 = 2;
 
@@ -233,6 +245,8 @@ struct Worker {
     shared: Arc<Shared>,
     context: egui::Context,
     renderer: Option<Renderer>,
+    /// The renderer's device.
+    gpu: Option<Gpu>,
     scene: Option<SceneInput>,
     params: Vec<VertexParams>,
     light: Option<LightInput>,
@@ -248,6 +262,7 @@ impl Worker {
             shared,
             context,
             renderer: None,
+            gpu: None,
             scene: None,
             params: Vec::new(),
             light: None,
@@ -259,21 +274,61 @@ impl Worker {
 
     fn run(mut self) {
         let mut pending = None;
+        let mut losses = 0;
         loop {
             let inbox = self.next(pending.map(|(_, rest)| rest));
             if inbox.quit {
                 return;
             }
             let due = pending.filter(|_| inbox.is_empty()).map(|(effort, _)| effort);
-            match self.frame(inbox, due) {
-                Ok(drawn) => pending = drawn.and_then(Effort::next),
-                Err(error) => {
-                    self.renderer = None;
-                    pending = None;
-                    self.tell(ViewerEvent::Failed(error.to_string()));
-                }
+            let mut drawn = self.frame_or_reason(inbox, due);
+
+            // Everything that the picture needs is on this side: a device that is gone is replaced and the picture made again.
+            while let Err((reason, true)) = &drawn
+                && losses < MAX_LOSSES
+            {
+                losses += 1;
+                self.tell(ViewerEvent::Lost(reason.clone()));
+                drawn = self.frame_or_reason(Inbox::default(), None);
             }
+            pending = match drawn {
+                Ok(drawn) => {
+                    losses = 0;
+                    drawn.and_then(Effort::next)
+                }
+                Err((reason, _)) => {
+                    losses = 0;
+                    self.tell(ViewerEvent::Failed(reason));
+                    None
+                }
+            };
         }
+    }
+
+    /// [`Worker::frame`]; where it fails the renderer is given up, and the reason comes with whether another device may help.
+    fn frame_or_reason(
+        &mut self,
+        inbox: Inbox,
+        due: Option<Effort>,
+    ) -> Result<Option<Effort>, (String, bool)> {
+        // wgpu panics where the driver reports what it has no result for: out of memory, a device that went in mid-call.
+        let drawn = panic::catch_unwind(AssertUnwindSafe(|| self.frame(inbox, due)));
+        let failed = match drawn {
+            Ok(Ok(drawn)) => return Ok(drawn),
+            Ok(Err(error)) => (error.to_string(), matches!(error, GpuError::Lost(_))),
+            Err(panicked) => {
+                let text = panicked.downcast_ref::<String>().map(String::as_str);
+                let text = text.or_else(|| panicked.downcast_ref::<&str>().copied());
+                let text = text.unwrap_or("no reason given");
+                (format!("the GPU driver stopped the drawing: {text}"), true)
+            }
+        };
+        self.gpu = None;
+        if let Some(renderer) = self.renderer.take() {
+            // What a lost device does when its buffers are freed is the driver's business, too.
+            let _ = panic::catch_unwind(AssertUnwindSafe(|| drop(renderer)));
+        }
+        Err(failed)
     }
 
     /// Waits for news; when a picture is to be sharpened, only until the hand has rested.
@@ -362,6 +417,10 @@ impl Worker {
 
     /// Brings the renderer up to date; one that is missing is built and gets everything.
     fn take(&mut self, inbox: Inbox) -> Result<(), GpuError> {
+        if let Some(gpu) = self.gpu.as_ref().filter(|_| inbox.destroy) {
+            gpu.device.destroy();
+            self.last = None;
+        }
         let fresh = self.renderer.is_none();
         let new_scene = inbox.scene.is_some();
         if inbox.scene.is_some() {
@@ -385,6 +444,7 @@ impl Worker {
             let gpu = Gpu::headless()?;
             self.tell(ViewerEvent::Adapter(gpu.adapter_name.clone()));
             self.renderer = Some(Renderer::new(&gpu)?);
+            self.gpu = Some(gpu);
         }
         let Some(renderer) = &mut self.renderer else {
             return Ok(());

@@ -2,6 +2,7 @@
 
 use std::ops::RangeInclusive;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How finely the integrals of single scattering are evaluated.
@@ -18,7 +19,7 @@ pub enum Quality {
 }
 
 /// Which scattering function a fibre has.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Model {
     /// Marschner 2003: R, TT and TRT.
@@ -39,7 +40,7 @@ impl Model {
 }
 
 /// How Marschner's model is integrated over a light.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Scheme {
     /// Gauss nodes in inclination and offset, closed forms in azimuth.

@@ -26,6 +26,7 @@ mod sight;
 mod srbf;
 
 use glam::Vec3;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use error::InputError;
@@ -39,14 +40,16 @@ pub use sequence::{Sequence, frames};
 pub use srbf::{MAX_BANDWIDTH, luminance};
 
 /// One spherical radial basis function: radiance * exp(2 (w . direction - 1) / bandwidth^2), peak 1 (Xu 2011, Eq 1).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SrbfLight {
     /// Unit vector towards the light, world space.
+    #[schemars(with = "[f32; 3]")]
     pub direction: Vec3,
     /// Bandwidth lambda, radians-like, > 0.
     pub bandwidth: f32,
     /// Radiance at the centre, linear Rec.709.
+    #[schemars(with = "[f32; 3]")]
     pub radiance: Vec3,
 }
 

@@ -3,10 +3,11 @@
 mod access;
 
 use bytemuck::{Pod, Zeroable};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A painted channel; values live on the groom's points (design: angles in degrees here, radians in [`VertexParams`]).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Channel {
     /// Eumelanin concentration, >= 0.
@@ -32,7 +33,7 @@ pub enum Channel {
 }
 
 /// Unpainted values of every channel at one point. Widths are standard deviations.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PointValues {
     /// Eumelanin concentration, >= 0.
@@ -72,7 +73,7 @@ impl Default for PointValues {
 }
 
 /// Absorption cross-sections of the two melanins per unit concentration and fibre radius, linear Rec.709.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PigmentSet {
     /// Set A: d'Eon 2011.
@@ -117,7 +118,7 @@ impl PigmentSet {
 }
 
 /// Ratios of TT's and TRT's tilt and width to R's (defaults: Marschner 2003, table 1).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct LobeRatios {
     /// alpha_TT / alpha_R.
