@@ -1,7 +1,8 @@
 //! What the tests share: data folder, comparators with their negative controls, poison values.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rand::{Rng, SeedableRng};
@@ -42,6 +43,50 @@ pub fn test_data(relative: &str) -> Option<PathBuf> {
     let path = PathBuf::from(folder).join(relative);
     assert!(path.exists(), "BALAYAGE_TEST_DATA is set but has no {relative}");
     Some(path)
+}
+
+/// A Python that can import `module`: the first such of those that `BALAYAGE_PYTHON` lists (as `PATH` lists folders), else `python3`.
+/// None, and a line that says so, where there is none: then the test skips.
+pub fn python_with(module: &str) -> Option<PathBuf> {
+    let listed = std::env::var_os("BALAYAGE_PYTHON").unwrap_or_default();
+    let found = std::env::split_paths(&listed)
+        .filter(|path| !path.as_os_str().is_empty())
+        .chain([PathBuf::from("python3")])
+        .find(|python| {
+            Command::new(python)
+                .args(["-c", &format!("import {module}")])
+                .output()
+                .is_ok_and(|output| output.status.success())
+        });
+    if found.is_none() {
+        let skipped = 1 + SKIPPED.fetch_add(1, Ordering::Relaxed);
+        let line =
+            format!("skipped {skipped}: no Python that imports {module} (BALAYAGE_PYTHON may list some)\n");
+        let _ = std::io::stderr().write_all(line.as_bytes());
+    }
+    found
+}
+
+/// What a script of this repository prints as JSON.
+///
+/// # Panics
+/// When it fails: a test that found its Python must not pass by skipping.
+pub fn script(python: &Path, script: &str, args: &[&Path]) -> serde_json::Value {
+    let output = Command::new(python)
+        .arg(repository(script))
+        .args(args)
+        .output()
+        .unwrap_or_else(|e| panic!("{}: {e}", python.display()));
+    let text = String::from_utf8_lossy(&output.stdout);
+    // Programs with plug-ins talk: the answer is the last line.
+    let answer = text
+        .lines()
+        .last()
+        .and_then(|line| serde_json::from_str(line).ok());
+    match answer {
+        Some(answer) if output.status.success() => answer,
+        _ => panic!("{script}: {text}{}", String::from_utf8_lossy(&output.stderr)),
+    }
 }
 
 /// A folder or file of this repository.

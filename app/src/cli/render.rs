@@ -18,6 +18,7 @@ use serde_json::json;
 
 use super::{
     CliError, Console,
+    groom_options::GroomOptions,
     hair_option::HairOption,
     light_options::LightOptions,
     method_options::{MethodOptions, ModelName},
@@ -77,9 +78,8 @@ pub(super) struct RenderArgs {
     /// Unpainted parameters, as eumelanin=1.3; repeat for more.
     #[arg(long = "set", value_name = "CHANNEL=VALUE")]
     settings: Vec<HairOption>,
-    /// Metres per unit of the groom's file.
-    #[arg(long, value_name = "X")]
-    metres_per_unit: Option<f32>,
+    #[command(flatten)]
+    groom: GroomOptions,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -166,7 +166,7 @@ impl Format {
 pub(super) fn run(args: &RenderArgs, console: &mut Console<'_>) -> Result<(), CliError> {
     let format = Format::of(&args.output)?;
     let mut document = match &args.input {
-        Some(path) => super::open(path, args.metres_per_unit, console)?,
+        Some(path) => super::open(path, &args.groom, console)?,
         None => Document::sample()?.document,
     };
     let mut hair = document.project().hair.clone();

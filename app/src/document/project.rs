@@ -87,6 +87,9 @@ pub struct GroomReference {
     /// Metres per unit of the file; null guesses from its size.
     #[serde(default)]
     pub metres_per_unit: Option<f32>,
+    /// Time code at which a USD file's samples are taken; null takes the values without a time, else the first sample.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub usd_time: Option<f64>,
     /// Unknown fields.
     #[serde(flatten)]
     pub extra: Extra,

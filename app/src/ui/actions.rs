@@ -5,6 +5,7 @@ use std::{
     sync::Arc,
 };
 
+use balayage_render::groom::ReadOptions;
 use egui::{Context, ViewportCommand};
 
 use super::{Command, Editor, editor::Loaded, job::Job, viewer::SceneInput};
@@ -170,8 +171,13 @@ impl Editor {
 
     /// Opens a project or groom in the background.
     pub fn open(&mut self, context: &Context, path: PathBuf) {
+        self.open_with(context, path, ReadOptions::default());
+    }
+
+    /// [`Editor::open`] with options of the groom's reader.
+    pub(super) fn open_with(&mut self, context: &Context, path: PathBuf, options: ReadOptions) {
         let name = path.display().to_string();
-        self.start_opening(context, &name, move || Document::open(&path, None));
+        self.start_opening(context, &name, move || Document::open_with(&path, options));
     }
 
     pub(super) fn open_sample(&mut self, context: &Context) {

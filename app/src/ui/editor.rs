@@ -4,7 +4,7 @@ use std::{path::PathBuf, sync::Arc};
 
 use balayage_render::{
     gpu::{FrameReport, Terms, ViewTransform},
-    groom::Mesh,
+    groom::{Mesh, ReadOptions},
 };
 use egui::{Context, Panel, TextureHandle, Ui};
 
@@ -115,6 +115,11 @@ pub struct Editor {
 impl Editor {
     /// An editor that opens `open`, or the built-in sample.
     pub fn new(context: &Context, open: Option<PathBuf>) -> Self {
+        Self::with_options(context, open, ReadOptions::default())
+    }
+
+    /// [`Editor::new`] that reads the groom with `options`.
+    pub(super) fn with_options(context: &Context, open: Option<PathBuf>, options: ReadOptions) -> Self {
         theme::apply(context);
         let mut editor = Self {
             document: None,
@@ -157,7 +162,7 @@ impl Editor {
             title: String::new(),
         };
         match open {
-            Some(path) => editor.open(context, path),
+            Some(path) => editor.open_with(context, path, options),
             None => editor.open_sample(context),
         }
         editor

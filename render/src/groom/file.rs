@@ -4,8 +4,8 @@ use std::fs;
 use std::path::Path;
 
 use super::{
-    Groom, GroomError, GroomReport, LoadedUsd, PaintedValues, UsdOptions, hair_bytes, parse_hair, parse_tfx,
-    parse_usd, tfx_bytes, usda_bytes,
+    Groom, GroomError, GroomReport, PaintedValues, ReadOptions, hair_bytes, parse_hair, parse_tfx, parse_usd,
+    tfx_bytes, usda_bytes,
 };
 
 /// Extensions of the files that [`read_groom`] reads.
@@ -57,34 +57,41 @@ impl Format {
 /// # Errors
 /// [`GroomError`] names the file, the place, the reason and the remedy.
 pub fn read_groom(path: impl AsRef<Path>, metres_per_unit: Option<f32>) -> Result<LoadedGroom, GroomError> {
-    let path = path.as_ref();
+    let options = ReadOptions {
+        metres_per_unit,
+        time: None,
+    };
+    read_painted_groom(path.as_ref(), options).map(|(loaded, _)| loaded)
+}
+
+/// [`read_groom`] with the painted values that a USD file brings, at the time that is asked for.
+///
+/// # Errors
+/// As [`read_groom`]; also a time for a format that holds none.
+pub fn read_painted_groom(
+    path: &Path,
+    options: ReadOptions,
+) -> Result<(LoadedGroom, Option<PaintedValues>), GroomError> {
     let format = Format::of(path)?;
-    let bytes = read(path)?;
     let name = path.display().to_string();
+    if options.time.is_some() && !matches!(format, Format::Usd) {
+        return Err(GroomError::refused(
+            name,
+            "a time is given, but only USD files hold samples in time",
+            "leave the time out",
+        ));
+    }
+    let bytes = read(path)?;
     match format {
-        Format::Hair => parse_hair(&bytes, &name, metres_per_unit),
-        Format::Tfx => parse_tfx(&bytes, &name, metres_per_unit),
-        Format::Usd => {
-            let options = UsdOptions {
-                metres_per_unit,
-                time: None,
-            };
-            parse_usd(&bytes, &name, options).map(|usd| usd.loaded)
-        }
+        Format::Hair => parse_hair(&bytes, &name, options.metres_per_unit).map(|loaded| (loaded, None)),
+        Format::Tfx => parse_tfx(&bytes, &name, options.metres_per_unit).map(|loaded| (loaded, None)),
+        Format::Usd => parse_usd(&bytes, &name, options).map(|usd| (usd.loaded, usd.painted)),
     }
 }
 
 /// True where the extension names a USD file.
 pub fn is_usd(path: &Path) -> bool {
     matches!(Format::of(path), Ok(Format::Usd))
-}
-
-/// Reads a USD file with its painted values; see [`parse_usd`].
-///
-/// # Errors
-/// As [`read_groom`].
-pub fn read_usd(path: &Path, options: UsdOptions) -> Result<LoadedUsd, GroomError> {
-    parse_usd(&read(path)?, &path.display().to_string(), options)
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, GroomError> {
