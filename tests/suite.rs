@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail like tests")]
 
+mod alembic;
 mod cli;
 mod frame;
 mod furnace;
@@ -22,6 +23,7 @@ mod parity;
 mod pathtraced;
 mod project;
 mod raster;
+mod render_out;
 mod salon;
 mod samples;
 mod scattering;

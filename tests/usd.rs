@@ -171,6 +171,40 @@ fn usd_core_reads_what_is_written() {
 }
 
 #[test]
+fn blender_sees_curves_and_primvars() {
+    let Some(python) = python_with("bpy") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("painted.usda");
+    let groom = wild_groom(23, 40, false);
+    let painted = painted(&groom, 24);
+    std::fs::write(&file, usda_bytes(&groom, Some(&painted)).unwrap()).unwrap();
+    let answer = script(&python, "tests/blender_import.py", &[&file]);
+    let seen = &answer["objects"]["strands"];
+    assert_eq!(seen["curves"], groom.strand_count());
+    assert_eq!(seen["points"], groom.point_count());
+    let names = Channel::ALL.map(|channel| format!("balayage:{}", channel.name()));
+    for name in names
+        .iter()
+        .map(String::as_str)
+        .chain(["balayage:sigma_a", "displayColor"])
+    {
+        let [domain, _, count] = &seen["attributes"][name].as_array().unwrap()[..] else {
+            panic!("{name}: {seen}");
+        };
+        assert_eq!(
+            (domain, count),
+            (&json!("POINT"), &json!(groom.point_count())),
+            "{name}"
+        );
+    }
+    let first = painted.values[0]
+        .vertex_params(painted.pigments, &LobeRatios::default())
+        .sigma_a;
+    assert_eq!(seen["first_sigma_a"], json!(first.map(f64::from)));
+    assert!((seen["first_radius"].as_f64().unwrap() - f64::from(groom.diameters()[0]) / 2.0).abs() < 1e-9);
+}
+
+#[test]
 fn usd_core_counts_what_the_table_says() {
     let Some(python) = python_with("pxr") else { return };
     let mut files = Vec::new();

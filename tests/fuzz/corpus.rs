@@ -54,6 +54,10 @@ pub fn usdc() -> Vec<Vec<u8>> {
     ]
 }
 
+pub fn abc() -> Vec<Vec<u8>> {
+    vec![repository_file("tests/fuzz/corpus/curves.abc")]
+}
+
 pub fn obj() -> Vec<Vec<u8>> {
     let tetrahedron = "# a tetrahedron and a square\no head\nv 0 0 0\nv 1 0 0 1\nv 0 1 0\nv 0 0 1e-1\nvn 0 0 1\ns off\nf 1/1/1 3//1 2\nf -4 -3 -1\nf 1 2 3 4\n";
     vec![tetrahedron.into()]

@@ -5,7 +5,9 @@ use std::sync::{Arc, LazyLock};
 
 use balayage::document::{CameraPose, Document, Project, check_camera, json};
 use balayage::paint::StrokeFile;
-use balayage_render::groom::{Groom, LoadedGroom, Mesh, ReadOptions, parse_hair, parse_tfx, parse_usd};
+use balayage_render::groom::{
+    Groom, LoadedGroom, Mesh, ReadOptions, parse_abc, parse_hair, parse_tfx, parse_usd,
+};
 use balayage_render::light::{EnvironmentMap, LightSet};
 use balayage_tests::assert_sound;
 use rand_pcg::Pcg64Mcg;
@@ -25,7 +27,7 @@ pub struct Target {
 }
 
 /// All readers.
-pub const TARGETS: [Target; 10] = [
+pub const TARGETS: [Target; 11] = [
     Target {
         name: "hair",
         corpus: corpus::hair,
@@ -49,6 +51,12 @@ pub const TARGETS: [Target; 10] = [
         corpus: corpus::usdc,
         mutate: usdc::damaged,
         read: usd,
+    },
+    Target {
+        name: "abc",
+        corpus: corpus::abc,
+        mutate: mutate::bytes,
+        read: |bytes| groom(parse_abc(bytes, "f", None).map(|abc| abc.loaded)),
     },
     Target {
         name: "obj",

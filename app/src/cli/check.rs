@@ -33,7 +33,7 @@ pub(super) fn run(args: &CheckArgs, console: &mut Console<'_>) -> Result<(), Cli
         .to_ascii_lowercase();
     let (value, text) = match extension.as_str() {
         "json" => check_json(file, &args.groom, console)?,
-        "hair" | "tfx" | "usd" | "usda" | "usdc" => {
+        "hair" | "tfx" | "usd" | "usda" | "usdc" | "abc" => {
             let (loaded, _) = read_painted_groom(file, args.groom.read())?;
             let value = json!({"kind": "groom", "groom": loaded.report, "hash": loaded.groom.content_hash()});
             (value, format!("groom, {}", loaded.report))
@@ -56,7 +56,7 @@ pub(super) fn run(args: &CheckArgs, console: &mut Console<'_>) -> Result<(), Cli
             (value, format!("head, {vertices} vertices, {triangles} triangles"))
         }
         _ => {
-            let remedy = "check files that end in .json, .hair, .tfx, .usda, .usdc, .hdr, .exr or .obj";
+            let remedy = "check files that end in .json, .hair, .tfx, .usda, .usdc, .abc, .hdr, .exr or .obj";
             return Err(Problem::at("", "the extension names no known format", remedy)
                 .in_file(file)
                 .into());

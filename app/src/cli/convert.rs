@@ -16,7 +16,7 @@ const MATERIALS: &str = ".materials.json";
 
 #[derive(Args)]
 pub(super) struct ConvertArgs {
-    /// Groom (.hair, .tfx, .usda, .usdc) or project (.json), whose painted channels go into .usda.
+    /// Groom (.hair, .tfx, .usda, .usdc, .abc) or project (.json), whose painted channels go into .usda.
     input: PathBuf,
     /// File to write: .hair, .tfx or .usda; of a project also .materials.json, its parameters for other renderers.
     output: PathBuf,

@@ -4,12 +4,12 @@ use std::fs;
 use std::path::Path;
 
 use super::{
-    Groom, GroomError, GroomReport, PaintedValues, ReadOptions, hair_bytes, parse_hair, parse_tfx, parse_usd,
-    tfx_bytes, usda_bytes,
+    Groom, GroomError, GroomReport, PaintedValues, ReadOptions, hair_bytes, parse_abc, parse_hair, parse_tfx,
+    parse_usd, tfx_bytes, usda_bytes,
 };
 
 /// Extensions of the files that [`read_groom`] reads.
-pub const GROOM_EXTENSIONS: [&str; 5] = ["hair", "tfx", "usda", "usdc", "usd"];
+pub const GROOM_EXTENSIONS: [&str; 6] = ["hair", "tfx", "usda", "usdc", "usd", "abc"];
 
 /// A groom and what reading it found.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,6 +27,8 @@ enum Format {
     Tfx,
     /// Text or binary, told by the first bytes.
     Usd,
+    /// Curves in, never out.
+    Abc,
 }
 
 impl Format {
@@ -40,10 +42,11 @@ impl Format {
             "hair" => Ok(Self::Hair),
             "tfx" => Ok(Self::Tfx),
             "usd" | "usda" | "usdc" => Ok(Self::Usd),
+            "abc" => Ok(Self::Abc),
             _ => Err(GroomError::refused(
                 path.display().to_string(),
                 format!("\"{extension}\" is not the extension of a groom"),
-                "use .hair, .tfx, .usda or .usdc",
+                "use .hair, .tfx, .usda, .usdc or .abc",
             )),
         }
     }
@@ -86,6 +89,7 @@ pub fn read_painted_groom(
         Format::Hair => parse_hair(&bytes, &name, options.metres_per_unit).map(|loaded| (loaded, None)),
         Format::Tfx => parse_tfx(&bytes, &name, options.metres_per_unit).map(|loaded| (loaded, None)),
         Format::Usd => parse_usd(&bytes, &name, options).map(|usd| (usd.loaded, usd.painted)),
+        Format::Abc => parse_abc(&bytes, &name, options.metres_per_unit).map(|abc| (abc.loaded, None)),
     }
 }
 
@@ -124,6 +128,13 @@ pub fn write_painted_groom(
         Format::Tfx => tfx_bytes(groom)?,
         Format::Usd if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("usda")) => {
             usda_bytes(groom, painted)?
+        }
+        Format::Abc => {
+            return Err(GroomError::refused(
+                path.display().to_string(),
+                "Alembic is read, not written",
+                "write .usda",
+            ));
         }
         Format::Usd => {
             return Err(GroomError::refused(

@@ -3,6 +3,7 @@
 //! [`read_groom`] or [`generate`] -> [`GroomBuilder`], which cleans and counts -> [`Groom`] -> [`RefinedGroom`], the smooth curve through
 //! its points.
 
+mod abc;
 mod barber;
 mod builder;
 mod bytes;
@@ -22,6 +23,7 @@ mod usd;
 
 use glam::Vec3;
 
+pub use abc::parse_abc;
 pub use builder::{GroomBuilder, MAX_COORDINATE, MAX_POINTS};
 pub use error::GroomError;
 pub use file::{

@@ -11,11 +11,14 @@ use super::transform::local;
 use super::{LoadedUsd, PaintedValues, ReadOptions};
 use crate::param::{LobeRatios, PigmentSet, PointValues};
 
-/// `metersPerUnit` of a layer that states none, as the schema prescribes.
-const USD_METRES_PER_UNIT: f32 = 0.01;
-
-/// All curves of a layer, y up.
-pub(super) fn collect(layer: &Layer, name: &str, options: ReadOptions) -> Result<LoadedUsd, GroomError> {
+/// All curves of a layer, y up. Metres per unit are those of the options, else of the layer, else those that the format prescribes, else
+/// guessed from the size.
+pub(in crate::groom) fn collect(
+    layer: &Layer,
+    name: &str,
+    options: ReadOptions,
+    prescribed: Option<f32>,
+) -> Result<LoadedUsd, GroomError> {
     let mut reader = Collector {
         layer,
         name,
@@ -69,7 +72,10 @@ pub(super) fn collect(layer: &Layer, name: &str, options: ReadOptions) -> Result
             layer.not_followed
         ));
     }
-    reader.finish(options)
+    for note in &layer.notes {
+        reader.builder.note(note.clone());
+    }
+    reader.finish(options, prescribed)
 }
 
 struct Collector<'a> {
@@ -235,17 +241,15 @@ impl Collector<'_> {
         }
     }
 
-    fn finish(mut self, options: ReadOptions) -> Result<LoadedUsd, GroomError> {
+    fn finish(mut self, options: ReadOptions, prescribed: Option<f32>) -> Result<LoadedUsd, GroomError> {
         let stated = self.layer.metres_per_unit.map(|unit| unit as f32);
-        if stated.is_none() && options.metres_per_unit.is_none() {
-            self.builder.note(
-                "no metersPerUnit is stated: 0.01 as the format prescribes (--metres-per-unit states another)",
-            );
+        if let (None, None, Some(unit)) = (stated, options.metres_per_unit, prescribed) {
+            self.builder.note(format!(
+                "no metersPerUnit is stated: {unit} as the format prescribes (--metres-per-unit states another)"
+            ));
         }
-        let unit = options.metres_per_unit.map_or_else(
-            || (stated.unwrap_or(USD_METRES_PER_UNIT), UnitSource::File),
-            |unit| (unit, UnitSource::Given),
-        );
+        let given = options.metres_per_unit.map(|unit| (unit, UnitSource::Given));
+        let unit = given.or_else(|| stated.or(prescribed).map(|unit| (unit, UnitSource::File)));
         if self.painted_prims > 0 && self.unpainted_prims > 0 {
             self.builder.note(format!(
                 "{} prims of curves have no painted primvars: their points have the usual values",
@@ -255,7 +259,7 @@ impl Collector<'_> {
         for remark in self.remarks.sentences() {
             self.builder.note(remark);
         }
-        let (groom, report) = self.builder.finish(self.name, Some(unit))?;
+        let (groom, report) = self.builder.finish(self.name, unit)?;
         let painted = (self.painted_prims > 0).then(|| {
             self.points.resize(self.kept, <_>::default());
             let (values, ratios) = self.points.into_iter().unzip();

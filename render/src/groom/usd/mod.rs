@@ -17,7 +17,12 @@ use super::bytes::FileBytes;
 use super::{Groom, GroomError, LoadedGroom};
 use crate::param::{LobeRatios, PigmentSet, PointValues};
 
+pub(super) use curves::collect;
+pub(super) use layer::{Attribute, Layer, MAX_DEPTH, Prim, Value};
 pub use write::usda_bytes;
+
+/// `metersPerUnit` of a layer that states none, as the schema prescribes.
+const USD_METRES_PER_UNIT: f32 = 0.01;
 
 /// First bytes of a binary layer.
 const BINARY_MAGIC: &[u8] = b"PXR-USDC";
@@ -70,7 +75,7 @@ pub fn parse_usd(bytes: &[u8], name: &str, options: ReadOptions) -> Result<Loade
     } else {
         text::parse(file)?
     };
-    curves::collect(&layer, name, options)
+    collect(&layer, name, options, Some(USD_METRES_PER_UNIT))
 }
 
 /// A groom with a value for every point.
