@@ -147,7 +147,7 @@ fn change_tokens(random: &mut Pcg64Mcg, pool: &[Vec<u8>], out: &mut Vec<Vec<u8>>
     let at = random.random_range(0..out.len());
     let number = |out: &[Vec<u8>]| {
         let is_number = |token: &Vec<u8>| token[0].is_ascii_digit() || matches!(token[0], b'-' | b'.');
-        (at..out.len()).find(|i| out[*i].first().is_some() && is_number(&out[*i]))
+        (at..out.len()).find(|i| !out[*i].is_empty() && is_number(&out[*i]))
     };
     match random.random_range(0..10) {
         0..=2 => {
@@ -253,9 +253,8 @@ fn change_node(random: &mut Pcg64Mcg, node: &mut Value, other: Option<Value>) {
         }
         (3, node) => *node = other.unwrap_or_default(),
         (4, node) => {
-            *node = [Value::Null, Value::Array(Vec::new()), Value::Object(Map::new())]
-                [random.random_range(0..3)]
-            .clone()
+            let empty = [Value::Null, Value::Array(Vec::new()), Value::Object(Map::new())];
+            *node = empty[random.random_range(0..3)].clone();
         }
         (5, node) => *node = Value::Array(vec![node.take(); random.random_range(0..64)]),
         (_, node) => *node = poison(random),
