@@ -3,7 +3,7 @@
 use balayage_render::groom::ReadOptions;
 use clap::Args;
 
-#[derive(Args)]
+#[derive(Args, Default)]
 pub(super) struct GroomOptions {
     /// Metres per unit of the groom's file; otherwise what it states, else guessed from its size.
     #[arg(long, value_name = "X")]

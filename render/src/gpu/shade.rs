@@ -1,5 +1,7 @@
 //! Strand shading: which lobes and which multiple scattering, and the pass that evaluates them per refined vertex.
 
+use std::str::FromStr;
+
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -14,8 +16,10 @@ use super::{Gpu, GpuError, Kernel, Method, Quality};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Multiple {
-    /// S + 1.1 D + 0.2 L + 0.25 U.
+    /// S + 1.25 D + U, where U is what two streams say has turned round.
     #[default]
+    M3,
+    /// S + 1.1 D + 0.2 L + 0.25 U.
     M2,
     /// Zinke 2008 as printed, d_f = d_b = 0.7.
     Zinke2008,
@@ -38,6 +42,27 @@ impl Terms {
     pub const NAMES: [&'static str; 6] = ["R", "TT", "TRT", "D", "L", "U"];
 }
 
+impl FromStr for Terms {
+    type Err = String;
+
+    /// `single`, `multiple`, `all`, names of terms, or several of them joined by commas: `R,TRT,D`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        text.split(',').try_fold(Self(0), |terms, word| {
+            let one = match word.trim().to_ascii_lowercase().as_str() {
+                "single" => Self::SINGLE.0,
+                "multiple" => Self::MULTIPLE.0,
+                "all" => Self::ALL.0,
+                name => Self::NAMES
+                    .iter()
+                    .position(|n| n.eq_ignore_ascii_case(name))
+                    .map(|bit| 1 << bit)
+                    .ok_or_else(|| format!("no term is called {word:?}; write single, multiple, all, or some of R,TT,TRT,D,L,U"))?,
+            };
+            Ok(Self(terms.0 | one))
+        })
+    }
+}
+
 /// What light does in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ShadeSettings {
@@ -53,7 +78,7 @@ impl Default for ShadeSettings {
     fn default() -> Self {
         Self {
             method: Method::default(),
-            multiple: Multiple::M2,
+            multiple: Multiple::M3,
             terms: Terms::ALL,
         }
     }
@@ -290,7 +315,11 @@ fn runs<'a>(settings: &ShadeSettings, strands: &StrandBuffers, inputs: &ShadeInp
                 light_count: lights.len() as u32,
                 first_record: (lights.start - batch.lights.start) * strands.point_count,
                 adds: u32::from(!runs.is_empty()),
-                multiple: u32::from(settings.multiple == Multiple::Zinke2008),
+                multiple: match settings.multiple {
+                    Multiple::M3 | Multiple::Off => 0,
+                    Multiple::Zinke2008 => 1,
+                    Multiple::M2 => 2,
+                },
                 padding: [0; 2],
             };
             runs.push(Run { batch, uniform });

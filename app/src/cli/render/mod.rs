@@ -9,7 +9,7 @@ mod wedge;
 use std::{fs, ops::RangeInclusive, path::PathBuf};
 
 use balayage_render::{
-    gpu::{Camera, FrameReport, Gpu, RenderSettings, Renderer},
+    gpu::{Camera, FrameReport, Gpu, RenderSettings, Renderer, Terms},
     image::{Metadata, png_bytes},
 };
 use clap::{Args, ValueEnum};
@@ -20,7 +20,7 @@ use super::{
     groom_options::GroomOptions,
     hair_option::HairOption,
     light_options::LightOptions,
-    method_options::{MethodOptions, ModelName},
+    method_options::{MethodOptions, ModelName, MultipleName},
 };
 use crate::{
     Problem,
@@ -28,6 +28,7 @@ use crate::{
 };
 use names::Format;
 use record::Record;
+pub(super) use scene::{camera, load_light};
 use wedge::Wedge;
 
 #[derive(Args)]
@@ -71,11 +72,12 @@ pub(super) struct RenderArgs {
     model: Option<ModelName>,
     #[command(flatten)]
     method: MethodOptions,
-    /// Which light is seen.
-    #[arg(long, value_enum, default_value_t = TermsName::All)]
-    terms: TermsName,
+    /// Which light is seen: single (R, TT and TRT with shadows), multiple (D, L and U: light that has crossed or left other fibres), all,
+    /// or some of R,TT,TRT,D,L,U.
+    #[arg(long, value_name = "TERMS", default_value = "all")]
+    terms: Terms,
     /// How light that has crossed other fibres is added.
-    #[arg(long, value_enum, default_value_t = MultipleName::M2)]
+    #[arg(long, value_enum, default_value_t = MultipleName::M3)]
     multiple: MultipleName,
     /// Exact rays per point and light that shadows come from; 0: the density of the hair. [default: 64 with --quality high, else 0]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=1024))]
@@ -108,28 +110,8 @@ enum ViewName {
     Raw,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum TermsName {
-    /// R, TT and TRT with shadows.
-    Single,
-    /// Light that has crossed or left other fibres.
-    Multiple,
-    /// Both.
-    All,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum MultipleName {
-    /// S + 1.1 D + 0.2 L + 0.25 U.
-    M2,
-    /// Zinke 2008 as printed.
-    Zinke2008,
-    /// Single scattering only.
-    Off,
-}
-
 /// `WxH`.
-fn size(text: &str) -> Result<[u32; 2], String> {
+pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
     let side = |x: &str| x.parse::<u32>().ok().filter(|x| (1..=16_384).contains(x));
     let parts = text
         .split_once(['x', 'X'])
@@ -220,7 +202,7 @@ fn jobs(
     frames: &[Option<u32>],
     pictures: &[PathBuf],
 ) -> Result<Vec<Job>, CliError> {
-    let camera = scene::camera(args, document)?;
+    let camera = scene::camera(args.camera.as_deref(), args.size, document)?;
     let record = Record::of(document, args, settings)?;
     let last = frames.last().copied().flatten();
     let job = |(frame, path): (&Option<u32>, &PathBuf)| {

@@ -1,22 +1,25 @@
 //! What is rendered and how: camera, light, renderer and settings from options and document.
 
-use std::ops::ControlFlow;
+use std::{ops::ControlFlow, path::Path};
 
 use balayage_render::gpu::{
-    Camera, CameraFile, Gpu, Method, Model, Multiple, Quality, RenderSettings, Renderer, ShadeSettings,
-    Terms, ViewTransform,
+    Camera, CameraFile, Gpu, Method, Model, Quality, RenderSettings, Renderer, ShadeSettings, ViewTransform,
 };
 use glam::Mat4;
 
-use super::{BackgroundName, CliError, Console, MultipleName, RenderArgs, TermsName, ViewName};
+use super::{BackgroundName, CliError, Console, RenderArgs, ViewName};
 use crate::{
     Problem,
     document::{CameraPose, Document, Lighting, check_camera, files},
 };
 
-/// The camera that the options, the project or the hair ask for, in that order.
-pub(super) fn camera(args: &RenderArgs, document: &Document) -> Result<Camera, CliError> {
-    let pose = match &args.camera {
+/// The camera that the option, the project or the hair asks for, in that order.
+pub(in crate::cli) fn camera(
+    file: Option<&Path>,
+    [width, height]: [u32; 2],
+    document: &Document,
+) -> Result<Camera, CliError> {
+    let pose = match file {
         Some(file) => {
             let text = files::read_text(file, 1 << 20)?;
             let pose: CameraPose =
@@ -34,13 +37,10 @@ pub(super) fn camera(args: &RenderArgs, document: &Document) -> Result<Camera, C
             };
             Camera::try_from(file).map_err(CliError::Input)
         }
-        None => {
-            let [width, height] = args.size;
-            Ok(Camera::framing(
-                document.groom().bounds(),
-                width as f32 / height as f32,
-            ))
-        }
+        None => Ok(Camera::framing(
+            document.groom().bounds(),
+            width as f32 / height as f32,
+        )),
     }
 }
 
@@ -60,7 +60,10 @@ pub(super) fn turned(camera: Camera, angle_rad: f32, document: &Document) -> Cam
 }
 
 /// The light of a document, fitted where it is a map.
-pub(super) fn load_light(document: &Document, console: &mut Console<'_>) -> Result<Lighting, CliError> {
+pub(in crate::cli) fn load_light(
+    document: &Document,
+    console: &mut Console<'_>,
+) -> Result<Lighting, CliError> {
     let progress = console.progress(1000, "fitting lights");
     let lighting = Lighting::load(
         document.project(),
@@ -118,16 +121,8 @@ pub(super) fn settings(args: &RenderArgs, document: &Document) -> RenderSettings
                 model: args.model.map_or(hair.model, Model::from),
                 ..method
             },
-            multiple: match args.multiple {
-                MultipleName::M2 => Multiple::M2,
-                MultipleName::Zinke2008 => Multiple::Zinke2008,
-                MultipleName::Off => Multiple::Off,
-            },
-            terms: match args.terms {
-                TermsName::Single => Terms::SINGLE,
-                TermsName::Multiple => Terms::MULTIPLE,
-                TermsName::All => Terms::ALL,
-            },
+            multiple: args.multiple.into(),
+            terms: args.terms,
         },
         samples: args.samples,
         view: match args.view {
