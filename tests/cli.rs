@@ -293,6 +293,42 @@ fn convert_keeps_the_strands() {
 
 /// The salon operations of the samples: by command, by edits and after reopening the same bits; `check` counts them.
 #[test]
+fn a_usd_groom_is_opened_at_the_time_that_is_asked_for() {
+    let folder = folder();
+    let at = |file: &str| name(folder.path(), file);
+    let usda = "#usda 1.0\n(\n metersPerUnit = 0.01\n)\ndef BasisCurves \"c\"\n{\n uniform token type = \"linear\"\n int[] curveVertexCounts = [3]\n \
+        point3f[] points.timeSamples = { 1: [(0,0,0), (1,0,0), (2,0,0)], 2: [(0,0,0), (1,5,0), (2,9,0)], }\n}\n";
+    fs::write(at("moving.usda"), usda).unwrap();
+    let hash = |args: &[&str]| json(&[&["check", &at("moving.usda")], args].concat())["hash"].clone();
+    let (first, second) = (hash(&[]), hash(&["--usd-time", "2"]));
+    assert_ne!(first, second);
+    assert_eq!(first, hash(&["--usd-time", "1"]));
+
+    // A painted project remembers its time, and another one may be asked for.
+    let painted = at("painted.json");
+    let strokes = at("strokes.json");
+    let out = json(&[
+        "paint",
+        &at("moving.usda"),
+        "--usd-time",
+        "2",
+        "--strokes",
+        &strokes,
+        "-o",
+        &painted,
+    ]);
+    assert_eq!(out["groom"], second);
+    let opened = Document::open(Path::new(&painted), None).unwrap();
+    assert_eq!(opened.document.groom().content_hash(), second.as_str().unwrap());
+    let (code, _, err) = balayage(&["check", &painted, "--usd-time", "1"]);
+    assert!(code == 0 && err.contains("changed since"), "{err}");
+
+    let err = refused(&["check", &at("tuft.hair"), "--usd-time", "1"]);
+    assert!(err.contains("only USD files hold samples in time"), "{err}");
+    assert_eq!(balayage(&["check", &at("moving.usda"), "--usd-time", "nan"]).0, 2);
+}
+
+#[test]
 fn salon_operations_by_command_equal_those_by_edits() {
     let folder = folder();
     let at = |file: &str| name(folder.path(), file);

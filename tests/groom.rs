@@ -1,52 +1,12 @@
 //! Grooms: cleaning, arc length, hash, files in and out, real files.
 
 use balayage_render::groom::{
-    Groom, GroomBuilder, GroomError, LoadedGroom, MAX_COORDINATE, RefinedGroom, UnitSource, hair_bytes,
-    parse_hair, parse_tfx, read_groom, tfx_bytes, write_groom,
+    Groom, GroomBuilder, GroomError, LoadedGroom, RefinedGroom, UnitSource, hair_bytes, parse_hair,
+    parse_tfx, read_groom, tfx_bytes, write_groom,
 };
-use balayage_tests::{POISON, random, repository, test_data};
+use balayage_tests::{POISON, repository, test_data};
+pub use balayage_tests::{assert_sound, wild_groom};
 use glam::Vec3;
-use rand::Rng;
-
-/// Everything that a groom promises.
-pub fn assert_sound(groom: &Groom) {
-    assert!(groom.strand_count() > 0);
-    assert_eq!(groom.positions().len(), groom.diameters().len());
-    assert_eq!(groom.first_point()[0], 0);
-    assert_eq!(*groom.first_point().last().unwrap() as usize, groom.point_count());
-    assert!(
-        groom
-            .positions()
-            .iter()
-            .all(|p| p.abs().max_element() <= MAX_COORDINATE)
-    );
-    assert!(groom.diameters().iter().all(|&d| d > 0.0 && d.is_finite()));
-    assert!(groom.metres_per_unit() > 0.0);
-    for strand in 0..groom.strand_count() {
-        let points = &groom.positions()[groom.strand(strand)];
-        assert!(points.len() >= 2);
-        assert!(points.windows(2).all(|p| p[0].distance(p[1]) > 0.0));
-    }
-}
-
-/// Random walks with differing numbers of points and differing diameters.
-pub fn wild_groom(seed: u64, strands: usize, equal_points: bool) -> Groom {
-    let mut random = random(seed);
-    let mut builder = GroomBuilder::new();
-    for _ in 0..strands {
-        let mut p = Vec3::from_array(random.random::<[f32; 3]>());
-        let points = if equal_points {
-            9
-        } else {
-            random.random_range(2..20)
-        };
-        builder.push_strand((0..points).map(|_| {
-            p += 0.05 * (Vec3::from_array(random.random::<[f32; 3]>()) - 0.3);
-            (p, Some(1.0e-4 * (0.5 + random.random::<f32>())))
-        }));
-    }
-    builder.finish("wild", Some((0.1, UnitSource::Given))).unwrap().0
-}
 
 #[test]
 fn cleaning_repairs_and_counts_each_fault_once() {

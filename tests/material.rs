@@ -1,7 +1,10 @@
 //! The sidecar of materials: each renderer's numbers, put back into its own formulas as its manual has them, are ours.
 
+use std::path::Path;
+
 use balayage::document::{Document, material};
 use balayage_render::param::{LobeRatios, PigmentSet, PointValues};
+use balayage_tests::{python_with, script};
 
 fn close(a: f64, b: f64, tolerance: f64) -> bool {
     (a - b).abs() <= tolerance * b.abs().max(1e-9)
@@ -20,7 +23,7 @@ fn conversions_invert_each_renderers_own_formulas() {
     let number = |path: &str| all.pointer(path).unwrap().as_f64().unwrap();
 
     // Blender: bsdf->v = sqr(0.726 r + 0.812 r^2 + 3.7 r^20) is the variance in theta_o, which moves by twice theta_h.
-    let r = number("/blender_principled_hair/roughness");
+    let r = number("/blender_principled_hair/inputs/Roughness");
     let deviation = 0.726 * r + 0.812 * r * r + 3.7 * r.powf(20.0);
     assert!(
         close(deviation.to_degrees(), 14.0, 1e-5),
@@ -30,7 +33,7 @@ fn conversions_invert_each_renderers_own_formulas() {
     assert!(!close(deviation.to_degrees(), 14.0 * 1.001, 1e-5));
 
     // The standard deviation of a logistic, by integration, at the scale that Cycles makes of the radial roughness.
-    let n = number("/blender_principled_hair/radial_roughness");
+    let n = number("/blender_principled_hair/inputs/Radial Roughness");
     let s = (0.265 * n + 1.194 * n.powf(2.0) + 5.372 * n.powf(22.0)) * 0.626_657_068_657_750_1;
     let step = s / 200.0;
     let variance: f64 = (-20_000..20_000)
@@ -56,7 +59,9 @@ fn conversions_invert_each_renderers_own_formulas() {
     .enumerate()
     {
         assert!(close(
-            number(&format!("/blender_principled_hair/absorption_coefficient/{c}")),
+            number(&format!(
+                "/blender_principled_hair/inputs/Absorption Coefficient/{c}"
+            )),
             *expected,
             1e-6
         ));
@@ -71,24 +76,54 @@ fn conversions_invert_each_renderers_own_formulas() {
     }
 
     // Tilts: three degrees towards the root.
-    assert!(close(number("/arnold_standard_hair/shift_deg"), 3.0, 1e-6));
+    assert!(close(number("/arnold_standard_hair/shift"), 3.0, 1e-6));
     assert!(close(
-        number("/materialx_chiang_hair/cuticle_angle") * 180.0 - 90.0,
+        number("/materialx_chiang_hair/inputs/cuticle_angle") * 180.0 - 90.0,
         3.0,
         1e-5
     ));
     // Variances of the lobes: half and twice R's width are a quarter and four times its variance.
-    let v = number("/materialx_chiang_hair/roughness_R/0");
+    let v = number("/materialx_chiang_hair/inputs/roughness_R/0");
     assert!(close(
-        number("/materialx_chiang_hair/roughness_TT/0"),
+        number("/materialx_chiang_hair/inputs/roughness_TT/0"),
         v / 4.0,
         1e-9
     ));
     assert!(close(
-        number("/materialx_chiang_hair/roughness_TRT/0"),
+        number("/materialx_chiang_hair/inputs/roughness_TRT/0"),
         v * 4.0,
         1e-9
     ));
+}
+
+/// The inputs of the two nodes whose definitions can be had, from the programs themselves.
+#[test]
+fn names_are_those_of_blender_and_materialx() {
+    let params = PointValues::default().vertex_params(PigmentSet::Deon2011, &LobeRatios::default());
+    let all = material::renderers(&params, [1.0, 0.5, 2.0]);
+    for (module, renderer) in [
+        ("bpy", "blender_principled_hair"),
+        ("MaterialX", "materialx_chiang_hair"),
+    ] {
+        let Some(python) = python_with(module) else {
+            continue;
+        };
+        let known = script(&python, "tests/material_inputs.py", &[Path::new(module)]);
+        let known: Vec<&str> = known
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|name| name.as_str().unwrap())
+            .collect();
+        assert!(known.len() > 5 && !known.contains(&"absorption"));
+        let inputs = all[renderer]["inputs"].as_object().unwrap();
+        for name in inputs.keys() {
+            assert!(
+                known.contains(&name.as_str()),
+                "{renderer}: {name} is none of {known:?}"
+            );
+        }
+    }
 }
 
 #[test]

@@ -113,6 +113,7 @@ fn natural(
         hash: Some(loaded.content_hash()),
         metres_per_unit: Some(loaded.metres_per_unit()),
         extra: Extra::new(),
+        usd_time: None,
     });
     project.head = Some(HeadReference {
         path: "head.obj".into(),

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail like tests")]
 
+mod alembic;
 mod cli;
 mod frame;
 mod furnace;
@@ -25,6 +26,7 @@ mod pathtraced;
 mod project;
 mod raster;
 mod relink;
+mod render_out;
 mod salon;
 mod samples;
 mod saving;

@@ -17,7 +17,7 @@ use balayage::{
     document::{Document, UserState},
     ui::Editor,
 };
-use balayage_render::groom::{Groom, write_groom};
+use balayage_render::groom::{Groom, ReadOptions, write_groom};
 use egui::{Key, Modifiers, Vec2};
 use egui_kittest::{Harness, kittest::Queryable};
 use glam::Vec3;
@@ -54,7 +54,7 @@ fn opening(path: Option<&Path>, folder: &Path) -> Harness<'static, Editor> {
     Harness::builder()
         .with_size(Vec2::new(1100.0, 800.0))
         .with_step_dt(1.0 / 60.0)
-        .build_eframe(|creation| Editor::with_state(&creation.egui_ctx, path, state))
+        .build_eframe(|creation| Editor::with_state(&creation.egui_ctx, path, ReadOptions::default(), state))
 }
 
 /// Steps until a sharp picture newer than number `frames` is shown and nothing is under way.

@@ -1,18 +1,19 @@
 //! USD: what usd-core finds, round trips to the bit, bases and transforms, damaged files.
 //!
-//! `BALAYAGE_USD_PYTHON` names a Python that has `usd-core` (pip install usd-core); without it the comparison skips.
+//! The comparison with usd-core runs where a Python has it (pip install usd-core; `BALAYAGE_PYTHON` may name the Python), else it skips.
 
-use std::path::PathBuf;
-use std::process::Command;
+use std::path::{Path, PathBuf};
 
+use balayage::document::{Document, Edit};
 use balayage_render::groom::{
-    Groom, LoadedUsd, PaintedValues, UsdOptions, hair_bytes, parse_hair, parse_tfx, parse_usd, tfx_bytes,
+    Groom, LoadedUsd, PaintedValues, ReadOptions, hair_bytes, parse_hair, parse_tfx, parse_usd, tfx_bytes,
     usda_bytes,
 };
 use balayage_render::param::{Channel, LobeRatios, PigmentSet, PointValues};
-use balayage_tests::{damage, test_data};
+use balayage_tests::{damage, python_with, script, test_data};
 use glam::Vec3;
 use rand::Rng;
+use serde_json::json;
 
 use crate::groom::{assert_sound, wild_groom};
 
@@ -35,7 +36,7 @@ const FETCHED: [(&str, usize, usize); 14] = [
 ];
 
 fn read(bytes: &[u8]) -> LoadedUsd {
-    parse_usd(bytes, "test.usda", UsdOptions::default()).unwrap()
+    parse_usd(bytes, "test.usda", ReadOptions::default()).unwrap()
 }
 
 /// A layer with one prim of curves.
@@ -58,8 +59,14 @@ fn painted(groom: &Groom, seed: u64) -> PaintedValues {
         }
         value
     });
+    let values: Vec<_> = values.collect();
+    let ratios = values.iter().map(|value| LobeRatios {
+        beta_tt: value.eta,
+        ..LobeRatios::default()
+    });
     PaintedValues {
-        values: values.collect(),
+        ratios: ratios.collect(),
+        values,
         pigments: PigmentSet::Cycles,
     }
 }
@@ -71,7 +78,7 @@ fn fetched_usd_files_have_the_counts_of_usd_core() {
             return;
         };
         let bytes = std::fs::read(path).unwrap();
-        let usd = parse_usd(&bytes, name, UsdOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+        let usd = parse_usd(&bytes, name, ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!((usd.curves, usd.control_points), (curves, points), "{name}");
         assert_sound(&usd.loaded.groom);
         assert_eq!(
@@ -135,24 +142,19 @@ fn sintel_is_one_groom_in_three_formats() {
 
 #[test]
 fn usd_core_reads_what_is_written() {
-    let Some(python) = std::env::var_os("BALAYAGE_USD_PYTHON").map(PathBuf::from) else {
-        eprintln!("skipped: BALAYAGE_USD_PYTHON names no Python with usd-core");
-        return;
-    };
+    let Some(python) = python_with("pxr") else { return };
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("painted.usda");
     let groom = wild_groom(21, 40, false);
     let painted = painted(&groom, 22);
     std::fs::write(&file, usda_bytes(&groom, Some(&painted)).unwrap()).unwrap();
-    let script = balayage_tests::repository("tests/usd/counts.py");
-    let output = Command::new(&python).arg(script).arg(&file).output().unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    let answer: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    // A layer that usdchecker must not like.
+    let bad = folder.path().join("bad.usda");
+    std::fs::write(&bad, layer("")).unwrap();
+    let answer = script(&python, "tests/usd/counts.py", &[&file, &bad]);
+    assert_ne!(answer[bad.to_str().unwrap()]["complaints"], json!([]));
     let answer = &answer[file.to_str().unwrap()];
+    assert_eq!(answer["complaints"], json!([]));
     assert_eq!(answer["curves"], groom.strand_count());
     assert_eq!(answer["points"], groom.point_count());
     let bits: Vec<u32> = painted
@@ -165,7 +167,200 @@ fn usd_core_reads_what_is_written() {
                 .map(f32::to_bits)
         })
         .collect();
-    assert_eq!(answer["sigma_a"], serde_json::json!(bits));
+    assert_eq!(answer["sigma_a"], json!(bits));
+}
+
+#[test]
+fn blender_sees_curves_and_primvars() {
+    let Some(python) = python_with("bpy") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("painted.usda");
+    let groom = wild_groom(23, 40, false);
+    let painted = painted(&groom, 24);
+    std::fs::write(&file, usda_bytes(&groom, Some(&painted)).unwrap()).unwrap();
+    let answer = script(&python, "tests/blender_import.py", &[&file]);
+    let seen = &answer["objects"]["strands"];
+    assert_eq!(seen["curves"], groom.strand_count());
+    assert_eq!(seen["points"], groom.point_count());
+    let names = Channel::ALL.map(|channel| format!("balayage:{}", channel.name()));
+    for name in names
+        .iter()
+        .map(String::as_str)
+        .chain(["balayage:sigma_a", "displayColor"])
+    {
+        let [domain, _, count] = &seen["attributes"][name].as_array().unwrap()[..] else {
+            panic!("{name}: {seen}");
+        };
+        assert_eq!(
+            (domain, count),
+            (&json!("POINT"), &json!(groom.point_count())),
+            "{name}"
+        );
+    }
+    let first = painted.values[0]
+        .vertex_params(painted.pigments, &LobeRatios::default())
+        .sigma_a;
+    assert_eq!(seen["first_sigma_a"], json!(first.map(f64::from)));
+    assert!((seen["first_radius"].as_f64().unwrap() - f64::from(groom.diameters()[0]) / 2.0).abs() < 1e-9);
+}
+
+#[test]
+fn usd_core_counts_what_the_table_says() {
+    let Some(python) = python_with("pxr") else { return };
+    let mut files = Vec::new();
+    for (name, ..) in FETCHED {
+        let Some(path) = test_data(&format!("fetched/hair/{name}")) else {
+            return;
+        };
+        files.push(path);
+    }
+    let paths: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
+    let answer = script(&python, "tests/usd/counts.py", &paths);
+    for ((name, curves, points), path) in FETCHED.iter().zip(paths) {
+        let counted = &answer[path.to_str().unwrap()];
+        assert_eq!(
+            (&counted["curves"], &counted["points"]),
+            (&json!(curves), &json!(points)),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn a_painted_document_comes_back_through_usd_bit_for_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut document = Document::sample().unwrap().document;
+    let mut layer = document.project().layers[0].clone();
+    layer.ratios = Some(
+        LobeRatios {
+            alpha_tt: -0.4,
+            ..LobeRatios::default()
+        }
+        .into(),
+    );
+    layer.opacity = 0.7;
+    document.apply(Edit::SetLayer(layer)).unwrap();
+    let file = folder.path().join("out.usda");
+    let groom = document.groom_as_drawn().unwrap();
+    std::fs::write(&file, usda_bytes(&groom, Some(&document.painted())).unwrap()).unwrap();
+    let again = Document::open(&file, None).unwrap().document;
+    let bits = |document: &Document| -> Vec<u32> { bytemuck::cast_slice(document.params()).to_vec() };
+    assert!(bits(&document) == bits(&again), "parameters differ");
+    assert!(document.values() == again.values());
+    assert_eq!(*groom, **again.groom());
+    assert!(
+        document.params()[0]
+            != PointValues::default().vertex_params(PigmentSet::Deon2011, &LobeRatios::default())
+    );
+}
+
+#[test]
+fn partial_paint_is_used_and_what_is_missing_said() {
+    let body = |paint: &str| {
+        layer(&format!(
+            "uniform token type = \"linear\"\nint[] curveVertexCounts = [2, 3]\n\
+             point3f[] points = [(0,0,0), (0,1,0), (1,0,0), (1,0,0), (1,1,0)]\n{paint}"
+        ))
+    };
+    let text = body(
+        "float[] primvars:balayage:eta = [1.4, 1.6] (interpolation = \"uniform\")\n\
+         float3[] primvars:balayage:dye = [(1, 2, 3)] (interpolation = \"constant\")\n\
+         float[] primvars:balayage:eumelanin = [0, 1, 2, 3, 4] (interpolation = \"vertex\")\n\
+         float[] primvars:balayage:beta_deg = [5, 6, 7, 8, 9] (interpolation = \"varying\")\n\
+         float[] primvars:balayage:pheomelanin = [0.5, 0.25] (interpolation = \"vertex\")\n\
+         int[] primvars:balayage:pheomelanin:indices = [0, 1, 0, 0, 1]\n\
+         float[] primvars:balayage:bleach = [0, 0, 1] (interpolation = \"vertex\")\n\
+         float[] primvars:balayage:alpha_deg = [99]",
+    );
+    let usd = read(text.as_bytes());
+    let painted = usd.painted.unwrap();
+    let column = |of: fn(&PointValues) -> f32| painted.values.iter().map(of).collect::<Vec<_>>();
+    // The third curve point repeats the one before it: its values go with it.
+    assert_eq!(column(|v| v.eta), [1.4, 1.4, 1.6, 1.6]);
+    assert_eq!(column(|v| v.eumelanin), [0.0, 1.0, 2.0, 4.0]);
+    assert_eq!(column(|v| v.beta_deg), [5.0, 6.0, 7.0, 9.0]);
+    assert_eq!(column(|v| v.pheomelanin), [0.5, 0.25, 0.5, 0.25]);
+    assert!(painted.values.iter().all(|v| v.dye == [1.0, 2.0, 3.0]));
+    assert_eq!(column(|v| v.bleach), [0.0; 4]);
+    assert_eq!(column(|v| v.alpha_deg), [PointValues::default().alpha_deg; 4]);
+    let notes = usd.loaded.report.notes.join("\n");
+    for said in [
+        "/c: primvars:balayage:bleach is not used: 3 numbers of 1 a value fit no interpolation (5 vertex",
+        "primvars:balayage:alpha_deg is not used: 99 is outside -30 to 30",
+        "primvars:balayage:eccentricity is missing; 1 stands for it",
+        "primvars:balayage:alpha_ratios is missing",
+    ] {
+        assert!(notes.contains(said), "{said}: {notes}");
+    }
+    assert!(
+        !notes.contains("eta is missing") && !notes.contains("dye is"),
+        "{notes}"
+    );
+
+    // Absorption alone is a dye; an unpainted file says nothing.
+    let usd = read(body("float3[] primvars:balayage:sigma_a = [(1, 2, 3)]").as_bytes());
+    let value = usd.painted.unwrap().values[3];
+    let params = value.vertex_params(PigmentSet::Deon2011, &LobeRatios::default());
+    assert_eq!(params.sigma_a, [1.0, 2.0, 3.0]);
+    let usd = read(body("").as_bytes());
+    assert!(usd.painted.is_none() && usd.loaded.report.notes.is_empty());
+}
+
+#[test]
+fn paint_on_cubic_curves_follows_them_within_its_range() {
+    let text = layer(
+        "uniform token type = \"cubic\"\nuniform token basis = \"catmullRom\"\nuniform token wrap = \"pinned\"\n\
+         int[] curveVertexCounts = [4]\npoint3f[] points = [(0,0,0), (0,1,0), (0,2,0), (0,3,0)]\n\
+         float[] primvars:balayage:eumelanin = [0, 1, 2, 3] (interpolation = \"vertex\")\n\
+         float[] primvars:balayage:bleach = [0, 1, 1, 0] (interpolation = \"vertex\")\n\
+         float[] primvars:balayage:eta = [1.1, 1.2, 1.3, 1.4] (interpolation = \"varying\")",
+    );
+    let usd = read(text.as_bytes());
+    let values = usd.painted.unwrap().values;
+    for (p, value) in usd.loaded.groom.positions().iter().zip(&values) {
+        assert!((value.eumelanin - p.y).abs() < 1e-5);
+        assert!((value.eta - (1.1 + 0.1 * p.y)).abs() < 1e-5);
+        assert!((0.0..=1.0).contains(&value.bleach));
+    }
+    // A curve between two equal values overshoots them: the range holds.
+    assert!(values.iter().filter(|value| value.bleach == 1.0).count() > 2);
+}
+
+#[test]
+fn pigments_of_two_prims_that_differ_are_said() {
+    let prim = |name: &str, pigments: &str| {
+        format!(
+            "def BasisCurves \"{name}\"\n{{\nuniform token type = \"linear\"\nint[] curveVertexCounts = [2]\n\
+             point3f[] points = [(0,0,0), (0,1,0)]\n{pigments}\n}}\n"
+        )
+    };
+    let named = |name: &str, set: &str| {
+        let paint = format!(
+            "custom uniform token balayage:pigments = \"{set}\"\nfloat[] primvars:balayage:eta = [1.5]"
+        );
+        prim(name, &paint)
+    };
+    let text = format!(
+        "#usda 1.0\n(\n metersPerUnit = 1\n)\n{}{}{}",
+        prim("plain", ""),
+        named("a", "cycles"),
+        named("b", "deon2011")
+    );
+    let usd = read(text.as_bytes());
+    let painted = usd.painted.unwrap();
+    assert_eq!(painted.pigments, PigmentSet::Cycles);
+    assert_eq!(painted.values.len(), 6);
+    assert_eq!(painted.values[0], PointValues::default());
+    let notes = usd.loaded.report.notes.join("\n");
+    assert!(notes.contains("deon2011 are taken for cycles"), "{notes}");
+    assert!(
+        notes.contains("1 prims of curves have no painted primvars"),
+        "{notes}"
+    );
+    assert!(
+        notes.contains("/a and 1 other prims: primvars:balayage:dye is missing"),
+        "{notes}"
+    );
 }
 
 #[test]
@@ -201,7 +396,7 @@ fn transforms_axes_times_and_widths() {
         uniform token type = \"linear\"\n int[] curveVertexCounts = [2, 3]\n point3f[] points.timeSamples = { 1: [(0,0,0), (1,0,0), (0,0,0), (0,1,0), (0,2,0)],\n \
         2: [(0,0,0), (5,0,0), (0,0,0), (0,1,0), (0,2,0)], }\n float[] widths = [0.1, 0.2] (\n interpolation = \"uniform\"\n )\n }\n}\n";
     let groom = |time| {
-        let options = UsdOptions {
+        let options = ReadOptions {
             time,
             metres_per_unit: None,
         };
@@ -241,7 +436,7 @@ fn refusals_name_place_and_reason() {
         ),
         (layer(""), "no usable strand"),
     ] {
-        let error = parse_usd(text.as_bytes(), "bad.usda", UsdOptions::default())
+        let error = parse_usd(text.as_bytes(), "bad.usda", ReadOptions::default())
             .unwrap_err()
             .to_string();
         assert!(
@@ -262,7 +457,7 @@ fn damaged_usd() {
     for file in files {
         let mut read = 0;
         damage(&file, 400.min(file.len()), 33, |bytes| {
-            match parse_usd(bytes, "damaged.usd", UsdOptions::default()) {
+            match parse_usd(bytes, "damaged.usd", ReadOptions::default()) {
                 Ok(usd) => {
                     read += 1;
                     assert_sound(&usd.loaded.groom);

@@ -1,6 +1,12 @@
 //! Pictures: linear RGBA in memory, PNG and EXR on disk.
 
+use std::fmt::Display;
+use std::fs;
+use std::io::Cursor;
 use std::path::Path;
+
+use exr::meta::attribute::{AttributeValue, Text};
+use exr::prelude::{SpecificChannels, Vec2, WritableImage};
 
 /// Scene-linear Rec.709, premultiplied by alpha = coverage; row 0 on top.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,20 +49,51 @@ pub enum PictureError {
     },
 }
 
+impl PictureError {
+    fn write(path: &Path, reason: &dyn Display) -> Self {
+        Self::Write {
+            path: path.display().to_string(),
+            reason: reason.to_string(),
+        }
+    }
+}
+
 impl Picture {
     /// Writes RGBA float OpenEXR, scene-linear, premultiplied.
     ///
     /// # Errors
     /// [`PictureError::Write`].
     pub fn write_exr(&self, path: &Path) -> Result<(), PictureError> {
-        exr::prelude::write_rgba_file(path, self.width, self.height, |x, y| {
-            let [r, g, b, a] = self.pixels[y * self.width + x];
+        let bytes = self.exr_bytes(path, &Metadata::new())?;
+        fs::write(path, bytes).map_err(|e| PictureError::write(path, &e))
+    }
+
+    /// The bytes of the file that [`Picture::write_exr`] writes, with `metadata` as text attributes; `path` is for messages.
+    ///
+    /// # Errors
+    /// [`PictureError::Write`].
+    pub fn exr_bytes(&self, path: &Path, metadata: &Metadata) -> Result<Vec<u8>, PictureError> {
+        let channels = SpecificChannels::rgba(|at: Vec2<usize>| {
+            let [r, g, b, a] = self.pixels[at.y() * self.width + at.x()];
             (r, g, b, a)
-        })
-        .map_err(|e| PictureError::Write {
-            path: path.display().to_string(),
-            reason: e.to_string(),
-        })
+        });
+        let mut image = exr::prelude::Image::from_channels((self.width, self.height), channels);
+        for (name, text) in metadata {
+            if let (Some(name), Some(text)) = (Text::new_or_none(ascii(name)), Text::new_or_none(ascii(text)))
+            {
+                let attributes = &mut image.layer_data.attributes;
+                match name.to_string().as_str() {
+                    "Software" => attributes.software_name = Some(text),
+                    _ => drop(attributes.other.insert(name, AttributeValue::Text(text))),
+                }
+            }
+        }
+        let mut bytes = Cursor::new(Vec::new());
+        image
+            .write()
+            .to_buffered(&mut bytes)
+            .map_err(|e| PictureError::write(path, &e))?;
+        Ok(bytes.into_inner())
     }
 
     /// Reads the first RGBA layer of an OpenEXR file.
@@ -131,18 +168,89 @@ impl Picture {
     }
 }
 
+/// Names and texts that a file carries beside its pixels.
+pub type Metadata = Vec<(String, String)>;
+
 /// Writes display-referred RGBA bytes, `width * height * 4` of them, as PNG.
 ///
 /// # Errors
 /// [`PictureError::Write`].
 pub fn write_png(path: &Path, width: usize, height: usize, rgba: &[u8]) -> Result<(), PictureError> {
-    let fail = |reason: String| PictureError::Write {
+    let bytes = png_bytes(path, [width as u32, height as u32], rgba, &Metadata::new())?;
+    fs::write(path, bytes).map_err(|e| PictureError::write(path, &e))
+}
+
+/// The bytes of the file that [`write_png`] writes, with `metadata` as text chunks; `path` is for messages.
+///
+/// # Errors
+/// [`PictureError::Write`]; also where there are not `4 * width * height` bytes.
+pub fn png_bytes(
+    path: &Path,
+    [width, height]: [u32; 2],
+    rgba: &[u8],
+    metadata: &Metadata,
+) -> Result<Vec<u8>, PictureError> {
+    let encoded = || -> Result<Vec<u8>, png::EncodingError> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, width, height);
+        encoder.set_color(png::ColorType::Rgba);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_compression(png::Compression::Fast);
+        for (name, text) in metadata {
+            encoder.add_text_chunk(ascii(name), ascii(text))?;
+        }
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(rgba)?;
+        writer.finish()?;
+        Ok(bytes)
+    };
+    encoded().map_err(|e| PictureError::write(path, &e))
+}
+
+/// The metadata of a PNG or EXR whose pixels are all there.
+///
+/// # Errors
+/// [`PictureError::Read`] for a file that is missing, damaged or cut off.
+pub fn read_metadata(path: &Path) -> Result<Metadata, PictureError> {
+    let failed = |reason: String| PictureError::Read {
         path: path.display().to_string(),
         reason,
     };
-    let buffer = image::RgbaImage::from_raw(width as u32, height as u32, rgba.to_vec())
-        .ok_or_else(|| fail(format!("{} bytes are not {width} x {height} pixels", rgba.len())))?;
-    buffer
-        .save_with_format(path, image::ImageFormat::Png)
-        .map_err(|e| fail(e.to_string()))
+    let bytes = fs::read(path).map_err(|e| failed(e.to_string()))?;
+    if bytes.starts_with(b"\x89PNG") {
+        let read = || -> Result<Metadata, png::DecodingError> {
+            let mut reader = png::Decoder::new(Cursor::new(&bytes)).read_info()?;
+            let size = reader.output_buffer_size().unwrap_or(usize::MAX);
+            // A picture of ours has four bytes a pixel; a header that says more than packing can hold lies.
+            let mut pixels = vec![0; size.min(bytes.len().saturating_mul(1100))];
+            reader.next_frame(&mut pixels)?;
+            reader.finish()?;
+            let texts = reader.info().uncompressed_latin1_text.iter();
+            Ok(texts
+                .map(|chunk| (chunk.keyword.clone(), chunk.text.clone()))
+                .collect())
+        };
+        return read().map_err(|e| failed(e.to_string()));
+    }
+    let image =
+        exr::prelude::read_first_rgba_layer_from_file(path, |_, _| (), |(), _, _: (f32, f32, f32, f32)| {})
+            .map_err(|e| failed(e.to_string()))?;
+    let others = image.layer_data.attributes.other;
+    Ok(others
+        .into_iter()
+        .filter_map(|(name, value)| match value {
+            AttributeValue::Text(text) => Some((name.to_string(), text.to_string())),
+            _ => None,
+        })
+        .collect())
+}
+
+/// What is not ASCII as `\u{...}`: both formats hold Latin-1 only.
+fn ascii(text: &str) -> String {
+    let plain = |c: char| match c {
+        '\0' => String::new(),
+        c if c.is_ascii() => c.to_string(),
+        c => c.escape_unicode().to_string(),
+    };
+    text.chars().map(plain).collect()
 }

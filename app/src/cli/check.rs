@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use balayage_render::{
-    groom::{Mesh, read_groom},
+    groom::{Mesh, read_painted_groom},
     light::{EnvironmentMap, LightSet},
 };
 use clap::Args;
 use serde_json::{Value, json};
 
-use super::{CliError, Console};
+use super::{CliError, Console, groom_options::GroomOptions};
 use crate::{
     Problem,
     document::{
@@ -22,9 +22,8 @@ use crate::{
 pub(super) struct CheckArgs {
     /// Project, groom, strokes, lights, camera, environment map or head.
     file: PathBuf,
-    /// Metres per unit of a groom's file.
-    #[arg(long, value_name = "X")]
-    metres_per_unit: Option<f32>,
+    #[command(flatten)]
+    groom: GroomOptions,
 }
 
 pub(super) fn run(args: &CheckArgs, console: &mut Console<'_>) -> Result<(), CliError> {
@@ -35,9 +34,9 @@ pub(super) fn run(args: &CheckArgs, console: &mut Console<'_>) -> Result<(), Cli
         .to_string_lossy()
         .to_ascii_lowercase();
     let (value, text) = match extension.as_str() {
-        "json" => check_json(file, args.metres_per_unit, console)?,
-        "hair" | "tfx" | "usd" | "usda" | "usdc" => {
-            let loaded = read_groom(file, args.metres_per_unit)?;
+        "json" => check_json(file, &args.groom, console)?,
+        "hair" | "tfx" | "usd" | "usda" | "usdc" | "abc" => {
+            let (loaded, _) = read_painted_groom(file, args.groom.read())?;
             let value = json!({"kind": "groom", "groom": loaded.report, "hash": loaded.groom.content_hash()});
             (value, format!("groom, {}", loaded.report))
         }
@@ -59,7 +58,7 @@ pub(super) fn run(args: &CheckArgs, console: &mut Console<'_>) -> Result<(), Cli
             (value, format!("head, {vertices} vertices, {triangles} triangles"))
         }
         _ => {
-            let remedy = "check files that end in .json, .hair, .tfx, .usda, .usdc, .hdr, .exr or .obj";
+            let remedy = "check files that end in .json, .hair, .tfx, .usda, .usdc, .abc, .hdr, .exr or .obj";
             return Err(Problem::at("", "the extension names no known format", remedy)
                 .in_file(file)
                 .into());
@@ -90,7 +89,7 @@ fn recovery_of(file: &Path, console: &mut Console<'_>) -> Vec<Value> {
 /// A JSON file is told by its keys.
 fn check_json(
     file: &Path,
-    metres_per_unit: Option<f32>,
+    options: &GroomOptions,
     console: &mut Console<'_>,
 ) -> Result<(Value, String), CliError> {
     let text = files::read_text(file, MAX_PROJECT_BYTES)?;
@@ -98,7 +97,7 @@ fn check_json(
         serde_json::from_str(&text).map_err(|e| Problem::json(&e).in_file(file))?;
     if keys.get("groom").is_some_and(Value::is_object) {
         drop((keys, text));
-        let document = super::open(file, metres_per_unit, console)?;
+        let document = super::open(file, options, console)?;
         let project = document.project();
         let (layers, operations) = (project.layers.len(), project.operations.len());
         let (strands, points) = (document.groom().strand_count(), document.groom().point_count());

@@ -3,34 +3,30 @@
 use std::path::{Path, PathBuf};
 
 use balayage_render::groom::{
-    Groom, GroomReport, PaintedValues, UsdOptions, is_usd, read_groom, read_usd, write_painted_groom,
+    Groom, GroomReport, PaintedValues, is_usd, read_painted_groom, write_painted_groom,
 };
 use clap::Args;
 use serde_json::json;
 
-use super::{CliError, Console};
-use crate::document::{Document, files, material};
+use super::{CliError, Console, groom_options::GroomOptions};
+use crate::document::{files, material};
 
 /// What the name of a sidecar file ends with.
 const MATERIALS: &str = ".materials.json";
 
 #[derive(Args)]
 pub(super) struct ConvertArgs {
-    /// Groom (.hair, .tfx, .usda, .usdc) or project (.json), whose painted channels go into .usda.
+    /// Groom (.hair, .tfx, .usda, .usdc, .abc) or project (.json), whose painted channels go into .usda.
     input: PathBuf,
     /// File to write: .hair, .tfx or .usda; of a project also .materials.json, its parameters for other renderers.
     output: PathBuf,
-    /// Metres per unit of the file; otherwise what it states, else guessed from its size.
-    #[arg(long, value_name = "X")]
-    metres_per_unit: Option<f32>,
-    /// Time code of a USD file's samples; otherwise the value without a time, else the first sample.
-    #[arg(long, value_name = "T", allow_negative_numbers = true)]
-    usd_time: Option<f64>,
+    #[command(flatten)]
+    groom: GroomOptions,
 }
 
 pub(super) fn run(args: &ConvertArgs, console: &mut Console<'_>) -> Result<(), CliError> {
     if args.output.to_string_lossy().ends_with(MATERIALS) {
-        let document = super::open(&args.input, args.metres_per_unit, console)?;
+        let document = super::open(&args.input, &args.groom, console)?;
         let sidecar = material::sidecar(&document);
         let text = format!("{sidecar:#}\n");
         files::write_atomic(&args.output, text.as_bytes())?;
@@ -39,8 +35,8 @@ pub(super) fn run(args: &ConvertArgs, console: &mut Console<'_>) -> Result<(), C
     }
 
     let (groom, painted, report) = read(args, console)?;
-    if let Some(report) = report.as_ref().filter(|report| report.repairs() > 0) {
-        console.warn(&format!("{}: {report}", args.input.display()));
+    if let Some(report) = &report {
+        super::warn_of(report, &args.input, console);
     }
     let usd = is_usd(&args.output);
     if painted.is_some() && !usd {
@@ -66,32 +62,13 @@ fn read(args: &ConvertArgs, console: &mut Console<'_>) -> Result<Read, CliError>
             .is_some_and(|e| e.eq_ignore_ascii_case(extension))
     };
     if is("json") {
-        let document = super::open(&args.input, args.metres_per_unit, console)?;
+        let document = super::open(&args.input, &args.groom, console)?;
         return Ok((
             document.groom_as_drawn()?.as_ref().clone(),
-            Some(painted(&document)),
+            Some(document.painted()),
             None,
         ));
     }
-    if is_usd(&args.input) {
-        let options = UsdOptions {
-            metres_per_unit: args.metres_per_unit,
-            time: args.usd_time,
-        };
-        let usd = read_usd(&args.input, options)?;
-        for note in &usd.loaded.report.notes {
-            console.warn(&format!("{}: {note}", args.input.display()));
-        }
-        return Ok((usd.loaded.groom, usd.painted, Some(usd.loaded.report)));
-    }
-    let loaded = read_groom(&args.input, args.metres_per_unit)?;
-    Ok((loaded.groom, None, Some(loaded.report)))
-}
-
-/// What a document's points are painted with.
-fn painted(document: &Document) -> PaintedValues {
-    PaintedValues {
-        values: document.values().to_vec(),
-        pigments: document.project().hair.pigments,
-    }
+    let (loaded, painted) = read_painted_groom(&args.input, args.groom.read())?;
+    Ok((loaded.groom, painted, Some(loaded.report)))
 }

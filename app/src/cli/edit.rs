@@ -4,12 +4,14 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::CliError;
+use super::{CliError, groom_options::GroomOptions};
 
 #[derive(Args)]
 pub(super) struct EditArgs {
     /// Project (.json) or groom to open; the built-in sample if absent.
     file: Option<PathBuf>,
+    #[command(flatten)]
+    groom: GroomOptions,
 }
 
 impl EditArgs {
@@ -26,7 +28,7 @@ impl EditArgs {
 }
 
 pub(super) fn run(args: &EditArgs) -> Result<(), CliError> {
-    crate::ui::run(args.file.clone()).map_err(|error| match error {
+    crate::ui::run(args.file.clone(), args.groom.read()).map_err(|error| match error {
         eframe::Error::Wgpu(error) => CliError::NoGpu(format!(
             "the window has no usable GPU adapter ({error}): install a Vulkan driver \
              (on Debian/Ubuntu without a GPU: apt-get install mesa-vulkan-drivers)"

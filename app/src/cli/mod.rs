@@ -8,6 +8,7 @@ mod console;
 mod convert;
 mod edit;
 mod fit;
+mod groom_options;
 mod hair_option;
 mod light_options;
 pub mod method_options;
@@ -22,7 +23,11 @@ use std::{
     io::{self, BufWriter, Write},
 };
 
-use balayage_render::{gpu::GpuError, groom::GroomError, image::PictureError};
+use balayage_render::{
+    gpu::GpuError,
+    groom::{GroomError, GroomReport},
+    image::PictureError,
+};
 use clap::{Parser, Subcommand};
 
 use crate::{
@@ -30,6 +35,7 @@ use crate::{
     document::{Document, relink as document_relink},
 };
 pub use console::Console;
+use groom_options::GroomOptions;
 
 /// Paint physically based hair.
 #[derive(Parser)]
@@ -167,13 +173,11 @@ pub fn run<A: Into<OsString> + Clone>(
 /// Opens a project or groom and passes on what there is to know about it.
 fn open(
     path: &std::path::Path,
-    metres_per_unit: Option<f32>,
+    options: &GroomOptions,
     console: &mut Console<'_>,
 ) -> Result<Document, CliError> {
-    let opened = Document::open(path, metres_per_unit)?;
-    if opened.report.repairs() > 0 {
-        console.warn(&format!("{}: {}", path.display(), opened.report));
-    }
+    let opened = Document::open_with(path, options.read())?;
+    warn_of(&opened.report, path, console);
     for warning in &opened.warnings {
         console.warn(warning);
     }
@@ -189,6 +193,17 @@ fn open(
         }
     }
     Ok(opened.document)
+}
+
+/// Warns of what a groom's reader repaired or left out.
+fn warn_of(report: &GroomReport, path: &std::path::Path, console: &mut Console<'_>) {
+    let path = path.display();
+    if report.repairs() > 0 {
+        return console.warn(&format!("{path}: {report}"));
+    }
+    for note in &report.notes {
+        console.warn(&format!("{path}: {note}"));
+    }
 }
 
 /// Answers the cases of standard input; lines that were refused are counted and make the command fail.

@@ -5,7 +5,7 @@ use std::{collections::HashSet, path::PathBuf, time::Instant};
 use clap::Args;
 use serde_json::json;
 
-use super::{CliError, Console};
+use super::{CliError, Console, groom_options::GroomOptions};
 use crate::{
     document::{Edit, Layer, MAX_PROJECT_BYTES, ProjectLock, files},
     paint::{DirtyRanges, StrokeFile},
@@ -21,15 +21,14 @@ pub(super) struct PaintArgs {
     /// Project to write.
     #[arg(short, long, value_name = "OUT.json")]
     output: PathBuf,
-    /// Metres per unit of the groom's file.
-    #[arg(long, value_name = "X")]
-    metres_per_unit: Option<f32>,
+    #[command(flatten)]
+    groom: GroomOptions,
 }
 
 pub(super) fn run(args: &PaintArgs, console: &mut Console<'_>) -> Result<(), CliError> {
     let text = files::read_text(&args.strokes, MAX_PROJECT_BYTES)?;
     let strokes = StrokeFile::parse(&text).map_err(|p| p.in_file(&args.strokes))?;
-    let mut document = super::open(&args.input, args.metres_per_unit, console)?;
+    let mut document = super::open(&args.input, &args.groom, console)?;
 
     // Strokes of another groom are places in space all the same; the person decides whether that was meant.
     let hash = document.groom().content_hash();

@@ -4,15 +4,17 @@
 //!
 //! | renderer | absorption | roughness | tilt |
 //! |---|---|---|---|
-//! | Blender Principled Hair (Chiang) | absorption coefficient per fibre radius | width fraction: v(r) = (0.726 r + 0.812 r^2 + 3.7 r^20)^2 is the longitudinal variance; azimuthal logistic scale s(r) = sqrt(pi / 8) (0.265 r + 1.194 r^2 + 5.372 r^22) | `offset`, radians; positive tilts as our negative alpha |
+//! | Blender `ShaderNodeBsdfHairPrincipled` (Chiang) | Absorption Coefficient per fibre radius | width fraction: v(r) = (0.726 r + 0.812 r^2 + 3.7 r^20)^2 is the longitudinal variance; azimuthal logistic scale s(r) = sqrt(pi / 8) (0.265 r + 1.194 r^2 + 5.372 r^22) | Offset, radians; positive tilts as our negative alpha |
 //! | MaterialX `chiang_hair_bsdf` | `absorption_coefficient` per fibre radius | `roughness_R`, `_TT`, `_TRT`: (longitudinal variance, azimuthal logistic scale) | `cuticle_angle`: 0.5 is none, times pi minus pi/2 is radians |
 //! | Arnold `standard_hair` | `melanin` 0, colour from sigma_a | `roughness`, `roughness_azimuthal`: the width fractions above | `shift`: degrees, positive as our negative alpha |
 //! | Karma Hair | as MaterialX | as MaterialX | as MaterialX |
 //! | RenderMan `PxrMarschnerHair` | colour from sigma_a | lobe widths in degrees, as ours | `specularShift`, degrees as ours |
 //!
 //! Source of the widths and the colour: Chiang et al. 2016, Eqs 7 to 9. A logistic of scale s has the standard deviation
-//! pi s / sqrt(3). The formulas are tested; the sidecar was not rendered in the other programs, and the parameter names of Arnold, Karma
-//! and RenderMan stand as remembered: check them against the version you use.
+//! pi s / sqrt(3). The formulas are tested; the sidecar was not rendered in the other programs. Names are checked by tests against
+//! Blender 4.5.15 and MaterialX 1.39.5, whose shader source also has these meanings of absorption, roughness and tilt; MaterialX keeps the
+//! tilts of TT and TRT at -1/2 and -2 times R's. The names of Arnold, Karma and RenderMan stand unchecked: compare them with the version
+//! you use.
 
 use balayage_render::param::VertexParams;
 use serde_json::{Value, json};
@@ -68,6 +70,13 @@ pub fn sidecar(document: &Document) -> Value {
             "pigment_set": hair.pigments.name(),
             "eumelanin_sigma_a_per_radius": hair.pigments.eumelanin(),
             "pheomelanin_sigma_a_per_radius": hair.pigments.pheomelanin(),
+        },
+        "names_checked_against": {
+            "blender_principled_hair": "Blender 4.5.15",
+            "materialx_chiang_hair": "MaterialX 1.39.5",
+            "karma_hair": null,
+            "arnold_standard_hair": null,
+            "renderman_pxr_marschner_hair": null,
         },
         "lobe_ratios": ratios,
         "base": { "channels": hair.base.known, "renderers": renderers(&base, lobes) },
@@ -125,16 +134,19 @@ pub fn renderers(params: &VertexParams, lobes: [f64; 3]) -> Value {
             "eccentricity": params.eccentricity,
         },
         "blender_principled_hair": {
+            "node": "ShaderNodeBsdfHairPrincipled",
             "model": "CHIANG",
             "parametrization": "ABSORPTION",
-            "absorption_coefficient": sigma_a,
-            "roughness": longitudinal,
-            "radial_roughness": azimuthal,
-            "coat": 0.0,
-            "ior": eta,
-            "offset_rad": -alpha,
+            "inputs": {
+                "Absorption Coefficient": sigma_a,
+                "Roughness": longitudinal,
+                "Radial Roughness": azimuthal,
+                "Coat": 0.0,
+                "IOR": eta,
+                "Offset": -alpha,
+            },
         },
-        "materialx_chiang_hair": materialx,
+        "materialx_chiang_hair": { "node": "chiang_hair_bsdf", "inputs": materialx },
         "karma_hair": materialx,
         "arnold_standard_hair": {
             "base": 1.0,
@@ -144,7 +156,7 @@ pub fn renderers(params: &VertexParams, lobes: [f64; 3]) -> Value {
             "roughness_azimuthal": azimuthal,
             "roughness_anisotropic": true,
             "ior": eta,
-            "shift_deg": -alpha.to_degrees(),
+            "shift": -alpha.to_degrees(),
         },
         "renderman_pxr_marschner_hair": {
             "colour_of_transmission_per_diameter": sigma_a.map(|s| (-2.0 * s).exp()),

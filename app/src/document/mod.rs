@@ -34,8 +34,8 @@ mod user_state;
 use std::{path::PathBuf, sync::Arc};
 
 use balayage_render::{
-    groom::Groom,
-    param::{Channel, PointValues, VertexParams},
+    groom::{Groom, PaintedValues},
+    param::{Channel, LobeRatios, PointValues, VertexParams},
 };
 use rayon::prelude::*;
 
@@ -85,8 +85,8 @@ pub struct Document {
     folder: PathBuf,
     /// What each layer amounts to, in the order of the project's layers.
     layers: Vec<LayerState>,
-    /// Values that the groom's file brings, in place of the project's base.
-    brought: Option<Vec<PointValues>>,
+    /// Values and lobe ratios that the groom's file brings, in place of the project's base.
+    brought: Option<(Vec<PointValues>, Vec<LobeRatios>)>,
     values: Vec<PointValues>,
     params: Vec<VertexParams>,
     history: History,
@@ -178,23 +178,40 @@ impl Document {
         &self.values
     }
 
-    /// Takes the values that the groom's file brings as what the layers are painted on; the project's base no longer shows.
+    /// Takes what the groom's file brings as what the layers are painted on; the project's base and ratios no longer show.
     ///
     /// # Errors
     /// Not a value for every point.
-    pub fn bring_values(&mut self, values: Vec<PointValues>) -> Result<(), Problem> {
+    pub fn bring(&mut self, painted: PaintedValues) -> Result<(), Problem> {
         let count = self.groom().point_count();
-        if values.len() != count {
-            let reason = format!("{} values for {count} points", values.len());
+        let (values, ratios) = (painted.values.len(), painted.ratios.len());
+        if [values, ratios] != [count; 2] {
+            let reason = format!("{values} values and {ratios} lobe ratios for {count} points");
             return Err(Problem::at(
                 "painted values",
                 reason,
                 "give a value for every point",
             ));
         }
-        self.brought = Some(values);
+        self.project.hair.pigments = painted.pigments;
+        self.brought = Some((painted.values, painted.ratios));
         self.recompose(&DirtyRanges::all(count));
         Ok(())
+    }
+
+    /// What the points are painted with, as a file can take it.
+    pub fn painted(&self) -> PaintedValues {
+        let ratios = self.params.iter().map(|params| LobeRatios {
+            alpha_tt: params.alpha_ratios[0],
+            alpha_trt: params.alpha_ratios[1],
+            beta_tt: params.beta_ratios[0],
+            beta_trt: params.beta_ratios[1],
+        });
+        PaintedValues {
+            values: self.values.clone(),
+            ratios: ratios.collect(),
+            pigments: self.project.hair.pigments,
+        }
     }
 
     /// What the shaders read of every groom point.
@@ -319,11 +336,12 @@ impl Document {
         let hair = &self.project.hair;
         let (layers, maps, brought) = (&self.project.layers, &self.layers, &self.brought);
         let composed = |point: u32| {
-            let base = brought
-                .as_ref()
-                .map_or(&hair.base.known, |values| &values[point as usize]);
-            let layers = layers.iter().zip(maps);
-            let (values, ratios) = compose::compose(base, &hair.ratios.known, layers, point as usize);
+            let p = point as usize;
+            let (base, ratios) = match brought {
+                Some((values, ratios)) => (&values[p], &ratios[p]),
+                None => (&hair.base.known, &hair.ratios.known),
+            };
+            let (values, ratios) = compose::compose(base, ratios, layers.iter().zip(maps), p);
             (values, values.vertex_params(hair.pigments, &ratios))
         };
         let mut changed = Vec::new();

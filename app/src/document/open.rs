@@ -2,9 +2,7 @@
 
 use std::{path::Path, sync::Arc};
 
-use balayage_render::groom::{
-    self, GroomError, GroomReport, LoadedGroom, Mesh, PaintedValues, UsdOptions, is_usd, read_usd,
-};
+use balayage_render::groom::{self, GroomError, GroomReport, LoadedGroom, Mesh, PaintedValues, ReadOptions};
 
 use super::{
     Document, builtin, files,
@@ -35,13 +33,23 @@ impl Document {
     /// # Errors
     /// Unreadable or unsound files; names the file, the place in it and the remedy.
     pub fn open(path: &Path, metres_per_unit: Option<f32>) -> Result<Opened, Problem> {
+        let options = ReadOptions {
+            metres_per_unit,
+            time: None,
+        };
+        Self::open_with(path, options)
+    }
+
+    /// [`Document::open`] with a time as well, at which a USD groom is taken; both are kept in the project.
+    ///
+    /// # Errors
+    /// As [`Document::open`]; also a time for a groom of a format that has none.
+    pub fn open_with(path: &Path, options: ReadOptions) -> Result<Opened, Problem> {
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         if is_project(path) {
             let text = files::read_text(path, MAX_PROJECT_BYTES)?;
             let mut project = Project::parse(&text).map_err(|p| p.in_file(path))?;
-            if metres_per_unit.is_some() {
-                project.groom.metres_per_unit = metres_per_unit;
-            }
+            project.groom.read_with(options);
             let hash = saving::content_hash(text.as_bytes());
             return Self::open_saved(project, path, &folder, Some(hash));
         }
@@ -52,7 +60,8 @@ impl Document {
             .into_owned();
         let reference = GroomReference {
             path: name,
-            metres_per_unit,
+            metres_per_unit: options.metres_per_unit,
+            usd_time: options.time,
             ..GroomReference::default()
         };
         let project = Project::new(reference);
@@ -116,8 +125,7 @@ impl Document {
         }
         project.groom.hash = Some(hash);
         project.groom.metres_per_unit = Some(loaded.groom.metres_per_unit());
-        if let Some(painted) = &painted {
-            project.hair.pigments = painted.pigments;
+        if painted.is_some() {
             warnings.push(format!(
                 "{}: the painted values of the file stand in place of the base parameters",
                 project.groom.path
@@ -125,7 +133,7 @@ impl Document {
         }
         let mut document = Self::new(Arc::new(loaded.groom), project, folder.to_owned())?;
         if let Some(painted) = painted {
-            document.bring_values(painted.values)?;
+            document.bring(painted)?;
         }
         Ok(Opened {
             document,
@@ -171,7 +179,7 @@ fn short(hash: &str) -> &str {
     hash.get(..12).unwrap_or(hash)
 }
 
-/// The groom, and the values that a USD file brings with it.
+/// The groom, and the painted values that its file brings with it.
 fn read_groom(
     reference: &GroomReference,
     folder: &Path,
@@ -181,15 +189,11 @@ fn read_groom(
         return Ok((loaded, None));
     }
     let path = files::resolve(&reference.path, folder);
-    if is_usd(&path) {
-        let options = UsdOptions {
-            metres_per_unit: reference.metres_per_unit,
-            time: None,
-        };
-        let usd = read_usd(&path, options)?;
-        return Ok((usd.loaded, usd.painted));
-    }
-    Ok((groom::read_groom(path, reference.metres_per_unit)?, None))
+    let options = ReadOptions {
+        metres_per_unit: reference.metres_per_unit,
+        time: reference.usd_time,
+    };
+    Ok(groom::read_painted_groom(&path, options)?)
 }
 
 impl From<GroomError> for Problem {

@@ -8,6 +8,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use balayage_render::groom::ReadOptions;
+
 use super::{
     Document, MAX_PROJECT_BYTES, Opened, UserState, files,
     journal::{self, Found, Journal},
@@ -42,6 +44,8 @@ pub struct Answers {
     pub files: Vec<(Role, PathBuf)>,
     /// A missing head or light may stay missing.
     pub goes_without: bool,
+    /// How the groom's file is read.
+    pub reading: ReadOptions,
 }
 
 /// What to do about a project that somebody else has open.
@@ -100,7 +104,7 @@ pub fn open_step(source: &Source, answers: &Answers, state: &UserState) -> Resul
             LeftOver::Nothing => kept(Document::sample()?, None, state),
         },
         Source::File(path) if is_project(path) => open_file(path, answers, state),
-        Source::File(path) => kept(Document::open(path, None)?, None, state),
+        Source::File(path) => kept(Document::open_with(path, answers.reading)?, None, state),
     }
 }
 
@@ -199,7 +203,8 @@ fn open_project(
         }
         (None, Some(path)) => {
             let text = files::read_text(path, MAX_PROJECT_BYTES)?;
-            let project = Project::parse(&text).map_err(|p| p.in_file(path))?;
+            let mut project = Project::parse(&text).map_err(|p| p.in_file(path))?;
+            project.groom.read_with(answers.reading);
             (project, Some(content_hash(text.as_bytes())))
         }
         (None, None) => return kept(Document::sample()?, None, state),

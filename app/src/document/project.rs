@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use balayage_render::{
     gpu::{Model, Scheme},
+    groom::ReadOptions,
     param::{LobeRatios, PigmentSet, PointValues},
 };
 use schemars::JsonSchema;
@@ -94,9 +95,20 @@ pub struct GroomReference {
     /// Metres per unit of the file; null guesses from its size.
     #[serde(default)]
     pub metres_per_unit: Option<f32>,
+    /// Time code at which a USD file's samples are taken; null takes the values without a time, else the first sample.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub usd_time: Option<f64>,
     /// Unknown fields.
     #[serde(flatten)]
     pub extra: Extra,
+}
+
+impl GroomReference {
+    /// Reads the file with `options` from now on, as far as they say anything.
+    pub(super) fn read_with(&mut self, options: ReadOptions) {
+        self.metres_per_unit = options.metres_per_unit.or(self.metres_per_unit);
+        self.usd_time = options.time.or(self.usd_time);
+    }
 }
 
 /// A head in the groom's space.

@@ -351,7 +351,11 @@ impl Operation {
             Mode::Replace => low..=high,
             Mode::Add | Mode::Subtract => low - high..=high - low,
             Mode::Multiply => 0.0..=1000.0,
-            Mode::Erase | Mode::Smooth => return Ok(()),
+            // The value is not used, but it is written: JSON holds no infinity.
+            Mode::Erase | Mode::Smooth => {
+                let mut all = self.value.components().into_iter();
+                return all.try_for_each(|x| within("value", x, f32::MIN..=f32::MAX));
+            }
         };
         if self.channel.components() == 1 && matches!(self.value, StrokeValue::Rgb(_)) {
             return Err(Problem::at(

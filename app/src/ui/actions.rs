@@ -279,7 +279,7 @@ impl Editor {
                 self.ask_for_file(
                     context,
                     "Projects and grooms",
-                    &["json", "hair", "tfx", "usda", "usdc", "usd"],
+                    &["json", "hair", "tfx", "usda", "usdc", "usd", "abc"],
                     DialogAnswer::Open,
                 );
             }

@@ -4,7 +4,7 @@ use std::{path::PathBuf, sync::Arc};
 
 use balayage_render::{
     gpu::{FrameReport, Terms, ViewTransform},
-    groom::Mesh,
+    groom::{Mesh, ReadOptions},
 };
 use egui::{Context, Panel, TextureHandle, Ui};
 
@@ -128,11 +128,16 @@ pub struct Editor {
 impl Editor {
     /// An editor that opens `open`, or the built-in sample.
     pub fn new(context: &Context, open: Option<PathBuf>) -> Self {
-        Self::with_state(context, open, UserState::of_user())
+        Self::with_state(context, open, ReadOptions::default(), UserState::of_user())
     }
 
-    /// [`Editor::new`] with another memory of earlier sessions.
-    pub fn with_state(context: &Context, open: Option<PathBuf>, state: UserState) -> Self {
+    /// [`Editor::new`] that reads the groom with `reading`, with another memory of earlier sessions.
+    pub fn with_state(
+        context: &Context,
+        open: Option<PathBuf>,
+        reading: ReadOptions,
+        state: UserState,
+    ) -> Self {
         theme::apply(context);
         let mut editor = Self {
             document: None,
@@ -178,7 +183,13 @@ impl Editor {
             title: String::new(),
         };
         match open {
-            Some(path) => editor.open(context, path),
+            Some(path) => {
+                let answers = Answers {
+                    reading,
+                    ..Answers::default()
+                };
+                editor.start_opening(context, Source::File(path), answers);
+            }
             None => editor.open_sample(context),
         }
         editor

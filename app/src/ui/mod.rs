@@ -27,15 +27,19 @@ mod widgets;
 
 use std::path::PathBuf;
 
+use balayage_render::groom::ReadOptions;
+
+use crate::document::UserState;
+
 pub use command::Command;
 pub use editor::Editor;
 
-/// Opens the window and returns when it is closed.
+/// Opens the window and returns when it is closed; a groom named by `open` is read with `options`.
 ///
 /// # Errors
 /// No display, no GPU.
-pub fn run(open: Option<PathBuf>) -> Result<(), eframe::Error> {
-    let options = eframe::NativeOptions {
+pub fn run(open: Option<PathBuf>, options: ReadOptions) -> Result<(), eframe::Error> {
+    let native = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
             .with_app_id("balayage")
             .with_inner_size([1440.0, 900.0])
@@ -44,7 +48,14 @@ pub fn run(open: Option<PathBuf>) -> Result<(), eframe::Error> {
     };
     eframe::run_native(
         "Balayage",
-        options,
-        Box::new(|creation| Ok(Box::new(Editor::new(&creation.egui_ctx, open)))),
+        native,
+        Box::new(|creation| {
+            Ok(Box::new(Editor::with_state(
+                &creation.egui_ctx,
+                open,
+                options,
+                UserState::of_user(),
+            )))
+        }),
     )
 }

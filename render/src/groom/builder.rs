@@ -58,8 +58,29 @@ impl GroomBuilder {
     /// Points that are not finite, absurdly far away or equal to the point before them are dropped; a strand of which fewer than two
     /// points are left is dropped as a whole.
     pub fn push_strand(&mut self, points: impl IntoIterator<Item = (Vec3, Option<f32>)>) {
+        self.push(points, |_| {});
+    }
+
+    /// [`GroomBuilder::push_strand`] that puts the indices of the points that were kept in `kept`, in place of what was there.
+    pub(super) fn push_strand_noting(
+        &mut self,
+        points: impl IntoIterator<Item = (Vec3, Option<f32>)>,
+        kept: &mut Vec<usize>,
+    ) {
+        kept.clear();
+        if !self.push(points, |index| kept.push(index)) {
+            kept.clear();
+        }
+    }
+
+    /// Adds a strand, tells `keep` the index of every point that is kept, and returns whether the strand is.
+    fn push(
+        &mut self,
+        points: impl IntoIterator<Item = (Vec3, Option<f32>)>,
+        mut keep: impl FnMut(usize),
+    ) -> bool {
         let start = self.positions.len();
-        for (position, diameter) in points {
+        for (index, (position, diameter)) in points.into_iter().enumerate() {
             if !position.is_finite() {
                 self.report.non_finite_points += 1;
             } else if position.abs().max_element() > MAX_COORDINATE {
@@ -74,18 +95,21 @@ impl GroomBuilder {
                 self.report.repaired_diameters += usize::from(diameter.is_some() && sound.is_none());
                 self.positions.push(position);
                 self.diameters.push(sound.unwrap_or(f32::NAN));
+                keep(index);
             }
         }
 
         // A strand needs a direction; a groom that is full drops the rest, which `finish` turns into an error.
         let end = self.positions.len();
-        if end - start < 2 {
+        let sound = end - start >= 2;
+        if sound {
+            self.ends.push(u32::try_from(end).unwrap_or(u32::MAX));
+        } else {
             self.positions.truncate(start);
             self.diameters.truncate(start);
             self.report.dropped_strands += 1;
-        } else {
-            self.ends.push(u32::try_from(end).unwrap_or(u32::MAX));
         }
+        sound
     }
 
     /// The sound groom and what was repaired.

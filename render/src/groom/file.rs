@@ -4,12 +4,12 @@ use std::fs;
 use std::path::Path;
 
 use super::{
-    Groom, GroomError, GroomReport, LoadedUsd, PaintedValues, UsdOptions, hair_bytes, parse_hair, parse_tfx,
+    Groom, GroomError, GroomReport, PaintedValues, ReadOptions, hair_bytes, parse_abc, parse_hair, parse_tfx,
     parse_usd, tfx_bytes, usda_bytes,
 };
 
 /// Extensions of the files that [`read_groom`] reads.
-pub const GROOM_EXTENSIONS: [&str; 5] = ["hair", "tfx", "usda", "usdc", "usd"];
+pub const GROOM_EXTENSIONS: [&str; 6] = ["hair", "tfx", "usda", "usdc", "usd", "abc"];
 
 /// A groom and what reading it found.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,6 +27,8 @@ enum Format {
     Tfx,
     /// Text or binary, told by the first bytes.
     Usd,
+    /// Curves in, never out.
+    Abc,
 }
 
 impl Format {
@@ -40,10 +42,11 @@ impl Format {
             "hair" => Ok(Self::Hair),
             "tfx" => Ok(Self::Tfx),
             "usd" | "usda" | "usdc" => Ok(Self::Usd),
+            "abc" => Ok(Self::Abc),
             _ => Err(GroomError::refused(
                 path.display().to_string(),
                 format!("\"{extension}\" is not the extension of a groom"),
-                "use .hair, .tfx, .usda or .usdc",
+                "use .hair, .tfx, .usda, .usdc or .abc",
             )),
         }
     }
@@ -57,34 +60,42 @@ impl Format {
 /// # Errors
 /// [`GroomError`] names the file, the place, the reason and the remedy.
 pub fn read_groom(path: impl AsRef<Path>, metres_per_unit: Option<f32>) -> Result<LoadedGroom, GroomError> {
-    let path = path.as_ref();
+    let options = ReadOptions {
+        metres_per_unit,
+        time: None,
+    };
+    read_painted_groom(path.as_ref(), options).map(|(loaded, _)| loaded)
+}
+
+/// [`read_groom`] with the painted values that a USD file brings, at the time that is asked for.
+///
+/// # Errors
+/// As [`read_groom`]; also a time for a format that holds none.
+pub fn read_painted_groom(
+    path: &Path,
+    options: ReadOptions,
+) -> Result<(LoadedGroom, Option<PaintedValues>), GroomError> {
     let format = Format::of(path)?;
-    let bytes = read(path)?;
     let name = path.display().to_string();
+    if options.time.is_some() && !matches!(format, Format::Usd) {
+        return Err(GroomError::refused(
+            name,
+            "a time is given, but only USD files hold samples in time",
+            "leave the time out",
+        ));
+    }
+    let bytes = read(path)?;
     match format {
-        Format::Hair => parse_hair(&bytes, &name, metres_per_unit),
-        Format::Tfx => parse_tfx(&bytes, &name, metres_per_unit),
-        Format::Usd => {
-            let options = UsdOptions {
-                metres_per_unit,
-                time: None,
-            };
-            parse_usd(&bytes, &name, options).map(|usd| usd.loaded)
-        }
+        Format::Hair => parse_hair(&bytes, &name, options.metres_per_unit).map(|loaded| (loaded, None)),
+        Format::Tfx => parse_tfx(&bytes, &name, options.metres_per_unit).map(|loaded| (loaded, None)),
+        Format::Usd => parse_usd(&bytes, &name, options).map(|usd| (usd.loaded, usd.painted)),
+        Format::Abc => parse_abc(&bytes, &name, options.metres_per_unit).map(|abc| (abc.loaded, None)),
     }
 }
 
 /// True where the extension names a USD file.
 pub fn is_usd(path: &Path) -> bool {
     matches!(Format::of(path), Ok(Format::Usd))
-}
-
-/// Reads a USD file with its painted values; see [`parse_usd`].
-///
-/// # Errors
-/// As [`read_groom`].
-pub fn read_usd(path: &Path, options: UsdOptions) -> Result<LoadedUsd, GroomError> {
-    parse_usd(&read(path)?, &path.display().to_string(), options)
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, GroomError> {
@@ -117,6 +128,13 @@ pub fn write_painted_groom(
         Format::Tfx => tfx_bytes(groom)?,
         Format::Usd if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("usda")) => {
             usda_bytes(groom, painted)?
+        }
+        Format::Abc => {
+            return Err(GroomError::refused(
+                path.display().to_string(),
+                "Alembic is read, not written",
+                "write .usda",
+            ));
         }
         Format::Usd => {
             return Err(GroomError::refused(

@@ -3,6 +3,7 @@
 //! [`read_groom`] or [`generate`] -> [`GroomBuilder`], which cleans and counts -> [`Groom`] -> [`RefinedGroom`], the smooth curve through
 //! its points.
 
+mod abc;
 mod barber;
 mod builder;
 mod bytes;
@@ -22,10 +23,11 @@ mod usd;
 
 use glam::Vec3;
 
+pub use abc::parse_abc;
 pub use builder::{GroomBuilder, MAX_COORDINATE, MAX_POINTS};
 pub use error::GroomError;
 pub use file::{
-    GROOM_EXTENSIONS, LoadedGroom, is_usd, read_groom, read_usd, write_groom, write_painted_groom,
+    GROOM_EXTENSIONS, LoadedGroom, is_usd, read_groom, read_painted_groom, write_groom, write_painted_groom,
 };
 pub use generate::{GeneratorSettings, HairStyle, generate};
 pub use hair::{hair_bytes, parse_hair};
@@ -34,7 +36,7 @@ pub use refined::{DEFAULT_MAX_TURN_RAD, RefinedGroom};
 pub use report::{GroomReport, UnitSource};
 pub use tfx::{parse_tfx, tfx_bytes};
 pub use undergrowth::undergrowth;
-pub use usd::{LoadedUsd, PaintedValues, UsdOptions, parse_usd, usda_bytes};
+pub use usd::{LoadedUsd, PaintedValues, ReadOptions, parse_usd, usda_bytes};
 
 /// Fibre diameter where a file states none, in metres (0.08 mm).
 pub const DEFAULT_DIAMETER_M: f32 = 0.08e-3;

@@ -13,6 +13,7 @@ use clap::Args;
 
 use super::report::{Cell, Report, Table};
 use crate::Problem;
+use crate::cli::groom_options::GroomOptions;
 use crate::cli::hair_option::HairOption;
 use crate::cli::light_options::LightOptions;
 use crate::cli::method_options::{MethodOptions, ModelName, MultipleName};
@@ -69,7 +70,7 @@ pub(super) struct PictureArgs {
 
 pub(super) fn run(args: &PictureArgs, console: &mut Console<'_>) -> Result<(), CliError> {
     let mut document = match &args.input {
-        Some(path) => open(path, None, console)?,
+        Some(path) => open(path, &GroomOptions::default(), console)?,
         None => Document::sample()?.document,
     };
     let mut hair = document.project().hair.clone();

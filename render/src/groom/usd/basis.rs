@@ -94,7 +94,8 @@ impl Shape {
                 _ => control(i.clamp(0, n - 1) as usize),
             }
         };
-        let mut sum = [0.0; N];
+        // The sum starts from minus zero, which leaves even the sign of what is added to it.
+        let mut sum = [-0.0; N];
         for (i, weight) in self.weights(segment, t).into_iter().filter(|(_, w)| *w != 0.0) {
             let p = point(i);
             for c in 0..N {

@@ -1,18 +1,24 @@
-//! From a layer's prims to strands: transforms, bases, widths, painted primvars.
+//! From a layer's prims to strands: bases, widths, painted primvars.
 
-use glam::{DMat4, DQuat, DVec3, Vec3};
+use glam::{DMat4, DVec3, Vec3};
 
 use super::super::{GroomBuilder, GroomError, LoadedGroom, MAX_POINTS, UnitSource};
 use super::basis::{Basis, Shape, Wrap};
-use super::layer::{Attribute, Layer, Prim, Value};
-use super::{LoadedUsd, PaintedValues, UsdOptions};
-use crate::param::{Channel, PigmentSet, PointValues};
+use super::layer::{Layer, Prim};
+use super::paint::{Paint, Remarks};
+use super::primvar::{Place, Primvar};
+use super::transform::local;
+use super::{LoadedUsd, PaintedValues, ReadOptions};
+use crate::param::{LobeRatios, PigmentSet, PointValues};
 
-/// `metersPerUnit` of a layer that states none, as the schema prescribes.
-const USD_METRES_PER_UNIT: f32 = 0.01;
-
-/// All curves of a layer, y up.
-pub(super) fn collect(layer: &Layer, name: &str, options: UsdOptions) -> Result<LoadedUsd, GroomError> {
+/// All curves of a layer, y up. Metres per unit are those of the options, else of the layer, else those that the format prescribes, else
+/// guessed from the size.
+pub(in crate::groom) fn collect(
+    layer: &Layer,
+    name: &str,
+    options: ReadOptions,
+    prescribed: Option<f32>,
+) -> Result<LoadedUsd, GroomError> {
     let mut reader = Collector {
         layer,
         name,
@@ -20,8 +26,12 @@ pub(super) fn collect(layer: &Layer, name: &str, options: UsdOptions) -> Result<
         builder: GroomBuilder::new(),
         curves: 0,
         control_points: 0,
-        painted: Some(Vec::new()),
+        kept: 0,
+        points: Vec::new(),
+        painted_prims: 0,
+        unpainted_prims: 0,
         pigments: None,
+        remarks: Remarks::default(),
     };
     // Parents stand before their children, so that one pass brings every transform down.
     let up = if layer.z_up {
@@ -62,7 +72,10 @@ pub(super) fn collect(layer: &Layer, name: &str, options: UsdOptions) -> Result<
             layer.not_followed
         ));
     }
-    reader.finish(options)
+    for note in &layer.notes {
+        reader.builder.note(note.clone());
+    }
+    reader.finish(options, prescribed)
 }
 
 struct Collector<'a> {
@@ -72,9 +85,15 @@ struct Collector<'a> {
     builder: GroomBuilder,
     curves: usize,
     control_points: usize,
-    /// Painted values so far; none once a prim has none.
-    painted: Option<Vec<PointValues>>,
+    /// Points kept so far.
+    kept: usize,
+    /// Their values once a prim is painted; usual ones where a prim brings none.
+    points: Vec<(PointValues, LobeRatios)>,
+    painted_prims: usize,
+    unpainted_prims: usize,
+    /// The pigments of the painted prims so far.
     pigments: Option<PigmentSet>,
+    remarks: Remarks,
 }
 
 impl Collector<'_> {
@@ -129,13 +148,10 @@ impl Collector<'_> {
                 count: *n as usize,
             })
             .collect();
-        let widths = self.widths(prim, &shapes);
-        if matches!(widths, Widths::Unusable) {
-            let path = self.layer.path(index);
-            self.builder.note(format!(
-                "{path}: the number of widths fits no interpolation; not used"
-            ));
-        }
+        let path = self.layer.path(index);
+        let widths = self.widths(prim, &path, &shapes);
+        let paint = Paint::of(prim, &path, self.time, &shapes, &mut self.remarks);
+        self.count_paint(paint.as_ref());
 
         // A transform that does nothing leaves every bit as it is.
         let plain = world == DMat4::IDENTITY;
@@ -149,27 +165,40 @@ impl Collector<'_> {
             let p = if plain { p } else { world.transform_point3(p) };
             p.as_vec3()
         };
+        if paint.is_some() {
+            self.points.resize(self.kept, <_>::default());
+        }
         let (mut first, mut first_varying) = (0, 0);
-        for (curve, shape) in shapes.iter().enumerate() {
+        let mut kept = Vec::new();
+        for (curve, shape) in shapes.iter().copied().enumerate() {
+            let place = |(segment, t)| Place {
+                curve,
+                shape,
+                first,
+                first_varying,
+                segment,
+                t,
+            };
             let control = |i: usize| std::array::from_fn(|c| points[3 * (first + i) + c]);
             let strand = shape.samples().map(|(s, t)| -> (Vec3, Option<f32>) {
-                let width = match widths {
-                    Widths::None | Widths::Unusable => None,
-                    Widths::Constant(w) => Some(w),
-                    Widths::Uniform(w) => Some(w[curve]),
-                    Widths::Vertex(w) => Some(shape.at(s, t, |i| [w[first + i]])[0]),
-                    Widths::Varying(w) => {
-                        let next = (s + 1) % shape.varying();
-                        Some((1.0 - t) * w[first_varying + s] + t * w[first_varying + next])
-                    }
-                };
-                (placed(shape.at(s, t, control)), width.map(|w| (w * scale) as f32))
+                let width = widths.as_ref().map(|widths| widths.at(&place((s, t))));
+                (
+                    placed(shape.at(s, t, control)),
+                    width.map(|[w]| (w * scale) as f32),
+                )
             });
-            self.builder.push_strand(strand);
+            self.builder.push_strand_noting(strand, &mut kept);
+            self.kept += kept.len();
+            if let Some(paint) = &paint {
+                // Values for the points that were kept: both lists ascend.
+                let mut samples = shape.samples().enumerate();
+                let places = kept.iter().filter_map(|point| samples.find(|(i, _)| i == point));
+                self.points
+                    .extend(places.map(|(_, sample)| paint.at(&place(sample))));
+            }
             first += shape.count;
             first_varying += shape.varying();
         }
-        self.paint(prim, basis, points.len() / 3);
         self.curves += shapes.len();
         self.control_points += points.len() / 3;
         if self.control_points > MAX_POINTS {
@@ -178,173 +207,73 @@ impl Collector<'_> {
         Ok(())
     }
 
-    /// The widths by the interpolation that they state, else by their number.
-    fn widths<'p>(&self, prim: &'p Prim, shapes: &[Shape]) -> Widths<'p> {
+    /// The widths, where the prim has some that can be used.
+    fn widths<'p>(&mut self, prim: &'p Prim, path: &str, shapes: &[Shape]) -> Option<Primvar<'p>> {
         let name = if prim.attributes.contains_key("primvars:widths") {
             "primvars:widths"
         } else {
             "widths"
         };
-        let Some(widths) = prim.numbers(name, self.time).filter(|w| !w.is_empty()) else {
-            return Widths::None;
+        Primvar::of(prim, name, 1, self.time, shapes).unwrap_or_else(|reason| {
+            let remark = format!("{name} are not used: {reason}");
+            self.remarks.add(path, remark);
+            None
+        })
+    }
+
+    /// Follows which prims are painted and with which pigments.
+    fn count_paint(&mut self, paint: Option<&Paint<'_>>) {
+        let Some(paint) = paint else {
+            self.unpainted_prims += 1;
+            return;
         };
-        let vertex: usize = shapes.iter().map(|shape| shape.count).sum();
-        let varying: usize = shapes.iter().map(|shape| shape.varying()).sum();
-        let stated = prim.attributes[name].interpolation.as_deref();
-        match (stated, widths.len()) {
-            (Some("constant"), _) | (_, 1) => Widths::Constant(widths[0]),
-            (Some("uniform"), n) if n == shapes.len() => Widths::Uniform(widths),
-            (Some("varying"), n) if n == varying => Widths::Varying(widths),
-            (_, n) if n == vertex => Widths::Vertex(widths),
-            (_, n) if n == varying => Widths::Varying(widths),
-            (_, n) if n == shapes.len() => Widths::Uniform(widths),
-            _ => Widths::Unusable,
+        self.painted_prims += 1;
+        match (self.pigments, paint.pigments) {
+            (Some(known), Some(other)) if known != other => {
+                let remark = format!(
+                    "the pigments {} are taken for {}, which stand in another prim of this file",
+                    other.name(),
+                    known.name()
+                );
+                self.remarks.add("balayage:pigments", remark);
+            }
+            (known, other) => self.pigments = known.or(other),
         }
     }
 
-    /// Adds a prim's painted channels; all are needed, and only linear curves keep a value for every point.
-    fn paint(&mut self, prim: &Prim, basis: Basis, count: usize) {
-        let values = (basis == Basis::Linear)
-            .then(|| painted(prim, self.time, count))
-            .flatten();
-        let pigments = prim.text("balayage:pigments").and_then(PigmentSet::from_name);
-        let agreed = self.curves == 0 || self.pigments == pigments;
-        self.pigments = pigments;
-        self.painted = match (self.painted.take(), values) {
-            (Some(mut all), Some(values)) if agreed => {
-                all.extend(values);
-                Some(all)
-            }
-            _ => None,
-        };
-    }
-
-    fn finish(mut self, options: UsdOptions) -> Result<LoadedUsd, GroomError> {
+    fn finish(mut self, options: ReadOptions, prescribed: Option<f32>) -> Result<LoadedUsd, GroomError> {
         let stated = self.layer.metres_per_unit.map(|unit| unit as f32);
-        if stated.is_none() && options.metres_per_unit.is_none() {
-            self.builder.note(
-                "no metersPerUnit is stated: 0.01 as the format prescribes (--metres-per-unit states another)",
-            );
+        if let (None, None, Some(unit)) = (stated, options.metres_per_unit, prescribed) {
+            self.builder.note(format!(
+                "no metersPerUnit is stated: {unit} as the format prescribes (--metres-per-unit states another)"
+            ));
         }
-        let unit = options.metres_per_unit.map_or_else(
-            || (stated.unwrap_or(USD_METRES_PER_UNIT), UnitSource::File),
-            |unit| (unit, UnitSource::Given),
-        );
-        let (groom, mut report) = self.builder.finish(self.name, Some(unit))?;
-        // Dropped points leave values without a point.
-        let painted = self.painted.filter(|values| !values.is_empty());
-        let painted = match painted {
-            Some(values) if values.len() == groom.point_count() => Some(PaintedValues {
+        let given = options.metres_per_unit.map(|unit| (unit, UnitSource::Given));
+        let unit = given.or_else(|| stated.or(prescribed).map(|unit| (unit, UnitSource::File)));
+        if self.painted_prims > 0 && self.unpainted_prims > 0 {
+            self.builder.note(format!(
+                "{} prims of curves have no painted primvars: their points have the usual values",
+                self.unpainted_prims
+            ));
+        }
+        for remark in self.remarks.sentences() {
+            self.builder.note(remark);
+        }
+        let (groom, report) = self.builder.finish(self.name, unit)?;
+        let painted = (self.painted_prims > 0).then(|| {
+            self.points.resize(self.kept, <_>::default());
+            let (values, ratios) = self.points.into_iter().unzip();
+            PaintedValues {
                 values,
+                ratios,
                 pigments: self.pigments.unwrap_or_default(),
-            }),
-            Some(_) => {
-                report
-                    .notes
-                    .push("painted values are not used because points were dropped".into());
-                None
             }
-            None => None,
-        };
+        });
         Ok(LoadedUsd {
             loaded: LoadedGroom { groom, report },
             curves: self.curves,
             control_points: self.control_points,
             painted,
         })
-    }
-}
-
-#[derive(Clone, Copy)]
-enum Widths<'a> {
-    None,
-    Unusable,
-    Constant(f64),
-    Uniform(&'a [f64]),
-    Vertex(&'a [f64]),
-    Varying(&'a [f64]),
-}
-
-/// The painted channels of a prim, where it has all of them for every point and none is out of its range.
-fn painted(prim: &Prim, time: Option<f64>, count: usize) -> Option<Vec<PointValues>> {
-    let mut values = vec![PointValues::default(); count];
-    for channel in Channel::ALL {
-        let numbers = prim.numbers(&super::write::primvar(channel), time)?;
-        let width = channel.components();
-        if numbers.len() != width * count {
-            return None;
-        }
-        for (value, numbers) in values.iter_mut().zip(numbers.chunks_exact(width)) {
-            let mut components = [0.0; 3];
-            for (component, number) in components.iter_mut().zip(numbers) {
-                *component = *number as f32;
-            }
-            value.set(channel, components);
-        }
-    }
-    values
-        .iter()
-        .all(|value| value.out_of_range().is_none())
-        .then_some(values)
-}
-
-/// A prim's own transform, and whether it leaves those above it out; the name of an operation that is not known as an error.
-fn local(prim: &Prim, time: Option<f64>) -> Result<(DMat4, bool), String> {
-    let mut matrix = DMat4::IDENTITY;
-    let mut reset = false;
-    for op in prim.texts("xformOpOrder").unwrap_or_default() {
-        if op == "!resetXformStack!" {
-            (matrix, reset) = (DMat4::IDENTITY, true);
-            continue;
-        }
-        let (name, inverse) = op
-            .strip_prefix("!invert!")
-            .map_or((op.as_str(), false), |name| (name, true));
-        let numbers = match prim.attributes.get(name).map(|a: &Attribute| a.at(time)) {
-            Some(Some(Value::Numbers(numbers))) => numbers.as_slice(),
-            // An operation without a value does nothing.
-            _ => continue,
-        };
-        let kind = name.split(':').nth(1).unwrap_or_default();
-        let one = operation(kind, numbers).ok_or_else(|| op.clone())?;
-        if inverse && one.determinant() == 0.0 {
-            return Err(op.clone());
-        }
-        matrix *= if inverse { one.inverse() } else { one };
-    }
-    Ok((matrix, reset))
-}
-
-/// One operation on column vectors: USD's row vectors see its matrix transposed, which is the order that columns are written in here.
-fn operation(kind: &str, numbers: &[f64]) -> Option<DMat4> {
-    let axis = |axis: u8, deg: f64| {
-        let rad = deg.to_radians();
-        match axis {
-            b'X' => DMat4::from_rotation_x(rad),
-            b'Y' => DMat4::from_rotation_y(rad),
-            _ => DMat4::from_rotation_z(rad),
-        }
-    };
-    match (kind, numbers) {
-        ("translate", &[x, y, z]) => Some(DMat4::from_translation(DVec3::new(x, y, z))),
-        ("scale", &[x, y, z]) => Some(DMat4::from_scale(DVec3::new(x, y, z))),
-        ("rotateX" | "rotateY" | "rotateZ", &[deg]) => Some(axis(kind.as_bytes()[6], deg)),
-        ("rotateXYZ" | "rotateXZY" | "rotateYXZ" | "rotateYZX" | "rotateZXY" | "rotateZYX", &[x, y, z]) => {
-            // The first letter's turn comes first, so it stands rightmost.
-            let turns = kind.as_bytes()[6..].iter().rev().map(|letter| {
-                let deg = [x, y, z][usize::from(letter - b'X')];
-                axis(*letter, deg)
-            });
-            Some(turns.product())
-        }
-        ("orient", &[w, x, y, z]) => {
-            let turn = DQuat::from_xyzw(x, y, z, w);
-            (turn.length_squared() > 0.0).then(|| DMat4::from_quat(turn.normalize()))
-        }
-        ("transform", _) => {
-            let matrix: [f64; 16] = numbers.try_into().ok()?;
-            Some(DMat4::from_cols_array(&matrix))
-        }
-        _ => None,
     }
 }

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 /// Prims nested deeper than this are refused.
-pub(super) const MAX_DEPTH: usize = 128;
+pub(in crate::groom) const MAX_DEPTH: usize = 128;
 
 /// One layer. Parents stand before their children.
 #[derive(Debug, Default)]
-pub(super) struct Layer {
+pub(in crate::groom) struct Layer {
     /// `metersPerUnit`, where the layer states it.
     pub metres_per_unit: Option<f64>,
     /// True where `upAxis` is Z.
@@ -16,11 +16,13 @@ pub(super) struct Layer {
     pub prims: Vec<Prim>,
     /// References, payloads, sublayers and variants: named in the report, not followed.
     pub not_followed: usize,
+    /// More for the report.
+    pub notes: Vec<String>,
 }
 
 /// A prim.
 #[derive(Debug, Default)]
-pub(super) struct Prim {
+pub(in crate::groom) struct Prim {
     /// Index of the parent.
     pub parent: Option<usize>,
     /// Name in its parent.
@@ -35,7 +37,7 @@ pub(super) struct Prim {
 
 /// An attribute.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Attribute {
+pub(in crate::groom) struct Attribute {
     /// Value without a time.
     pub default: Option<Value>,
     /// Values by time.
@@ -46,7 +48,7 @@ pub(super) struct Attribute {
 
 /// A value, flattened: tuples and arrays are told apart by who reads them.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Value {
+pub(in crate::groom) enum Value {
     /// Numbers; quaternions are w, x, y, z.
     Numbers(Vec<f64>),
     /// Tokens and strings.

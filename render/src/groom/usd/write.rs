@@ -6,6 +6,15 @@ use super::super::{Groom, GroomError};
 use super::{PaintedValues, check_values};
 use crate::param::{Channel, LobeRatios};
 
+/// Primvar of the tilts of TT and TRT over R's.
+pub(super) const ALPHA_RATIOS: &str = "primvars:balayage:alpha_ratios";
+/// Primvar of the widths of TT and TRT over R's.
+pub(super) const BETA_RATIOS: &str = "primvars:balayage:beta_ratios";
+/// Primvar of the absorption that the channels make.
+pub(super) const SIGMA_A: &str = "primvars:balayage:sigma_a";
+/// Attribute that names the pigments.
+pub(super) const PIGMENTS: &str = "balayage:pigments";
+
 /// Name of the primvar that holds `channel`.
 pub(super) fn primvar(channel: Channel) -> String {
     format!("primvars:balayage:{}", channel.name())
@@ -20,7 +29,7 @@ pub(super) fn primvar(channel: Channel) -> String {
 /// [`GroomError::Refused`] when there is not a value for every point.
 pub fn usda_bytes(groom: &Groom, painted: Option<&PaintedValues>) -> Result<Vec<u8>, GroomError> {
     if let Some(painted) = painted {
-        check_values(groom, &painted.values)?;
+        check_values(groom, painted)?;
     }
     let mut out = String::with_capacity(64 * groom.point_count());
     let unit = groom.metres_per_unit();
@@ -54,7 +63,7 @@ pub fn usda_bytes(groom: &Groom, painted: Option<&PaintedValues>) -> Result<Vec<
 fn primvars(out: &mut String, painted: &PaintedValues) {
     let _ = writeln!(
         out,
-        "        custom uniform token balayage:pigments = \"{}\"",
+        "        custom uniform token {PIGMENTS} = \"{}\"",
         painted.pigments.name()
     );
     for channel in Channel::ALL {
@@ -64,6 +73,22 @@ fn primvars(out: &mut String, painted: &PaintedValues) {
             array(out, &format!("float3[] {name}"), values.map(tuple), "vertex");
         } else {
             array(out, &format!("float[] {name}"), values.map(|v| v[0]), "vertex");
+        }
+    }
+    for (name, of) in [
+        (
+            ALPHA_RATIOS,
+            (|r| [r.alpha_tt, r.alpha_trt]) as fn(&LobeRatios) -> [f32; 2],
+        ),
+        (BETA_RATIOS, |r| [r.beta_tt, r.beta_trt]),
+    ] {
+        let ratios = painted.ratios.iter().map(of);
+        let pair = |[tt, trt]: [f32; 2]| format!("({tt}, {trt})");
+        let declaration = format!("float2[] {name}");
+        if painted.ratios.windows(2).all(|pair| pair[0] == pair[1]) {
+            array(out, &declaration, ratios.take(1).map(pair), "constant");
+        } else {
+            array(out, &declaration, ratios.map(pair), "vertex");
         }
     }
     // Absorption has no ratios.
@@ -77,7 +102,7 @@ fn primvars(out: &mut String, painted: &PaintedValues) {
     };
     array(
         out,
-        "float3[] primvars:balayage:sigma_a",
+        &format!("float3[] {SIGMA_A}"),
         sigma_a().map(tuple),
         "vertex",
     );
