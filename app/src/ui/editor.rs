@@ -16,12 +16,12 @@ use super::{
     panel_dye::DyeState,
     panel_light::LightTab,
     theme,
-    viewer::{Frame, SceneInput, Viewer, ViewerEvent},
+    viewer::{Frame, Viewer, ViewerEvent},
     viewport::Gesture,
 };
 use crate::{
     Problem,
-    document::{Changes, Document, Edit, Lighting, Opened},
+    document::{Document, Lighting, Opened},
     tool::{Brush, PickFrame, Tool, ViewCamera},
 };
 
@@ -203,87 +203,6 @@ impl Editor {
         });
     }
 
-    /// Applies an edit and passes on what it changed.
-    pub(super) fn edit(&mut self, edit: Edit) {
-        let Some(document) = &mut self.document else {
-            return;
-        };
-        let result = document.apply(edit);
-        self.took(result);
-    }
-
-    /// Applies an edit of a slider; the changes of one drag are one history entry.
-    pub(super) fn edit_by(&mut self, response: &egui::Response, edit: Edit) {
-        let Some(document) = &mut self.document else {
-            return;
-        };
-        let continues = self.slider == Some(response.id);
-        let is_held = response
-            .ctx
-            .input(|input| input.pointer.any_down() || input.pointer.any_released());
-        self.slider = is_held.then_some(response.id);
-        let result = if continues {
-            document.apply_continuing(edit)
-        } else {
-            document.apply(edit)
-        };
-        self.took(result);
-    }
-
-    /// Applies an edit that goes on from the newest one where that was of the same kind, as typing does.
-    pub(super) fn edit_on(&mut self, edit: Edit) {
-        let Some(document) = &mut self.document else {
-            return;
-        };
-        let result = document.apply_continuing(edit);
-        self.took(result);
-    }
-
-    fn took(&mut self, result: Result<Changes, Problem>) {
-        match result {
-            Ok(changes) => self.pass_on(&changes),
-            Err(problem) => self.complain(&problem),
-        }
-    }
-
-    /// Tells the viewer what changed.
-    pub(super) fn pass_on(&mut self, changes: &Changes) {
-        let Some(document) = &self.document else { return };
-        self.viewer.set_params(document.params(), &changes.points);
-        if changes.light {
-            self.refresh_light();
-        }
-        if changes.head || changes.diameter {
-            self.refresh_scene();
-        }
-        let layers = &document_layers(self.document.as_ref());
-        if !layers.contains(&self.layer) {
-            self.layer = layers.last().cloned().unwrap_or_default();
-        }
-    }
-
-    /// Sends groom, head and all parameters.
-    pub(super) fn refresh_scene(&mut self) {
-        let Some(document) = &self.document else { return };
-        let scene = document.groom_as_drawn().and_then(|groom| {
-            Ok(SceneInput {
-                groom,
-                head: document.load_head()?.map(Arc::new),
-            })
-        });
-        match scene {
-            Ok(scene) => self.send_scene(scene),
-            Err(problem) => self.complain(&problem),
-        }
-    }
-
-    pub(super) fn send_scene(&mut self, scene: SceneInput) {
-        let Some(document) = &self.document else { return };
-        let all = crate::paint::DirtyRanges::all(document.groom().point_count());
-        self.viewer.set_scene(scene);
-        self.viewer.set_params(document.params(), &all);
-    }
-
     /// Takes what the drawing thread reports.
     fn take_pictures(&mut self, context: &Context) {
         for event in self.viewer.events() {
@@ -336,131 +255,6 @@ impl Editor {
         let name = name.map_or_else(|| "untitled".into(), |name| name.to_string_lossy());
         format!("{name}{}", if document.is_modified() { " *" } else { "" })
     }
-
-    fn menu_bar(&mut self, ui: &mut Ui) {
-        use Command as C;
-        let menus: [(&str, &[C]); 4] = [
-            ("File", &[C::Open, C::OpenSample, C::Save, C::SaveAs, C::Quit]),
-            ("Edit", &[C::Undo, C::Redo]),
-            (
-                "Hair",
-                &[
-                    C::FrameHair,
-                    C::AddLayer,
-                    C::DuplicateLayer,
-                    C::MergeDown,
-                    C::Eyedropper,
-                ],
-            ),
-            (
-                "Light",
-                &[
-                    C::OpenEnvironment,
-                    C::OpenLights,
-                    C::OpenSequence,
-                    C::OpenSequenceFolder,
-                    C::PlaySequence,
-                    C::NextMap,
-                    C::PreviousMap,
-                    C::SaveLights,
-                    C::DeleteLight,
-                ],
-            ),
-        ];
-        egui::MenuBar::new().ui(ui, |ui| {
-            for (name, commands) in menus {
-                ui.menu_button(name, |ui| {
-                    for command in commands {
-                        self.menu_item(ui, *command);
-                    }
-                });
-            }
-            ui.menu_button("View", |ui| self.view_menu(ui));
-            ui.separator();
-            ui.label(self.document_name());
-            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                for command in [C::Redo, C::Undo] {
-                    let button = ui.add_enabled(self.is_enabled(command), egui::Button::new(command.label()));
-                    if button.on_hover_text(self.explain(command)).clicked() {
-                        self.run(ui.ctx(), command);
-                    }
-                }
-            });
-        });
-    }
-
-    fn menu_item(&mut self, ui: &mut Ui, command: Command) {
-        let keys = command
-            .shortcuts()
-            .first()
-            .map(|keys| ui.ctx().format_shortcut(keys))
-            .unwrap_or_default();
-        let button = egui::Button::new(command.label()).shortcut_text(keys);
-        if ui.add_enabled(self.is_enabled(command), button).clicked() {
-            ui.close();
-            self.run(ui.ctx(), command);
-        }
-    }
-
-    fn view_menu(&mut self, ui: &mut Ui) {
-        for (transform, name) in [
-            (ViewTransform::Neutral, "Khronos PBR Neutral"),
-            (ViewTransform::Agx, "AgX"),
-            (ViewTransform::Raw, "Raw"),
-        ] {
-            ui.radio_value(&mut self.view.transform, transform, name);
-        }
-        ui.separator();
-        ui.checkbox(&mut self.view.show_background, "Show environment");
-        self.handles_checkbox(ui);
-        ui.checkbox(&mut self.view.blender_keys, "Blender navigation")
-            .on_hover_text(
-                "Middle button orbits, Shift+middle pans; otherwise Alt with left, middle, right button",
-            );
-    }
-
-    /// What a toolbar button will do, with its key.
-    fn explain(&self, command: Command) -> String {
-        let what = match (command, &self.document) {
-            (Command::Undo, Some(document)) => document.undo_label(),
-            (Command::Redo, Some(document)) => document.redo_label(),
-            _ => None,
-        };
-        format!("{} {}", command.label(), what.unwrap_or("nothing"))
-    }
-
-    fn tool_bar(&mut self, ui: &mut Ui) {
-        for tool in Tool::ALL {
-            ui.selectable_value(&mut self.tool, tool, tool.name())
-                .on_hover_text(tool.hint());
-        }
-    }
-
-    fn right_dock(&mut self, ui: &mut Ui) {
-        egui::ScrollArea::vertical().show(ui, |ui| {
-            ui.heading("Layers");
-            self.layers_panel(ui);
-            ui.separator();
-            ui.horizontal(|ui| {
-                for (tab, name) in [
-                    (Tab::Brush, "Brush"),
-                    (Tab::Hair, "Hair"),
-                    (Tab::Light, "Light"),
-                    (Tab::Operations, "Operations"),
-                    (Tab::History, "History"),
-                ] {
-                    ui.selectable_value(&mut self.tab, tab, name);
-                }
-            });
-            match self.tab {
-                Tab::Brush => self.brush_panel(ui),
-                Tab::Hair => self.hair_panel(ui),
-                Tab::Light => self.light_panel(ui),
-                Tab::Operations => self.operations_panel(ui),
-                Tab::History => self.history_panel(ui),
-            }
-        });
-    }
 }
 
 impl Editor {
@@ -494,18 +288,6 @@ impl Editor {
             }
         }
     }
-}
-
-/// Ids of the layers, lowest first.
-fn document_layers(document: Option<&Document>) -> Vec<String> {
-    document.map_or_else(Vec::new, |document| {
-        document
-            .project()
-            .layers
-            .iter()
-            .map(|layer| layer.id.clone())
-            .collect()
-    })
 }
 
 impl eframe::App for Editor {

@@ -2,12 +2,15 @@
 
 mod actions;
 mod command;
+mod dispatch;
+mod editing;
 mod editor;
 mod job;
 mod light_ball;
 mod light_inspector;
 mod light_map;
 mod lighting;
+mod menus;
 mod panel_brush;
 mod panel_dye;
 mod panel_hair;
@@ -16,8 +19,10 @@ mod panel_layers;
 mod panel_light;
 mod panel_mask;
 mod panel_operations;
+mod ring;
 mod sequence;
 mod status;
+mod stroke;
 mod theme;
 mod viewer;
 mod viewport;
