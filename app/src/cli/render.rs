@@ -112,7 +112,7 @@ enum MultipleName {
 }
 
 /// `WxH`.
-fn size(text: &str) -> Result<[u32; 2], String> {
+pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
     let side = |x: &str| x.parse::<u32>().ok().filter(|x| (1..=16_384).contains(x));
     let parts = text
         .split_once(['x', 'X'])
@@ -254,7 +254,7 @@ fn turned(camera: Camera, angle_rad: f32, document: &Document) -> Camera {
     }
 }
 
-fn load_light(document: &Document, console: &mut Console<'_>) -> Result<Lighting, CliError> {
+pub(super) fn load_light(document: &Document, console: &mut Console<'_>) -> Result<Lighting, CliError> {
     let progress = console.progress(1000, "fitting lights");
     let lighting = Lighting::load(
         document.project(),
@@ -273,7 +273,7 @@ fn load_light(document: &Document, console: &mut Console<'_>) -> Result<Lighting
 }
 
 /// A renderer that holds the document.
-fn scene(
+pub(super) fn scene(
     gpu: &Gpu,
     document: &Document,
     lighting: &Lighting,

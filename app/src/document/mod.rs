@@ -20,7 +20,7 @@ mod project;
 mod sequence;
 mod stroking;
 
-use std::{path::PathBuf, sync::Arc};
+use std::{path::PathBuf, sync::Arc, time::Instant};
 
 use balayage_render::{
     groom::Groom,
@@ -44,7 +44,7 @@ pub use sequence::{MAX_MAPS, maps_of};
 
 use crate::{
     Problem,
-    paint::{DirtyRanges, LayerMaps, LiveStroke, Operation, OperationId, StrandIndex},
+    paint::{DirtyRanges, LayerMaps, LiveStroke, Operation, OperationId, PaintWork, StrandIndex},
 };
 use compose::LayerState;
 use history::History;
@@ -70,7 +70,11 @@ pub struct Document {
     live: Option<(usize, LiveStroke)>,
     /// What comes before the operation that is being adjusted.
     prefix: Option<Prefix>,
+    work: PaintWork,
 }
+
+/// Points that one thread composites alone.
+const ALONE: usize = 4096;
 
 impl Document {
     /// The document of `project` on `groom`; the project's paths count from `folder`.
@@ -93,6 +97,7 @@ impl Document {
             saved_state: 0,
             live: None,
             prefix: None,
+            work: PaintWork::default(),
         };
         document.rebuild_layers();
         let count = document.groom().point_count();
@@ -216,6 +221,11 @@ impl Document {
         used.max().unwrap_or(0).saturating_add(1)
     }
 
+    /// What painting cost since the newest stroke was begun.
+    pub fn paint_work(&self) -> PaintWork {
+        self.work
+    }
+
     /// Limits the memory that strokes keep for quick undo, in bytes.
     pub fn set_history_bytes(&mut self, max_bytes: usize) {
         self.history.set_max_bytes(max_bytes);
@@ -287,31 +297,36 @@ impl Document {
     fn recompose(&mut self, dirty: &DirtyRanges) -> DirtyRanges {
         let hair = &self.project.hair;
         let (layers, maps, brought) = (&self.project.layers, &self.layers, &self.brought);
-        let composed = |point: u32| {
-            let base = brought
-                .as_ref()
-                .map_or(&hair.base.known, |values| &values[point as usize]);
+        let composed = |point: &u32| {
+            let point = *point as usize;
+            let base = brought.as_ref().map_or(&hair.base.known, |values| &values[point]);
             let layers = layers.iter().zip(maps);
-            let (values, ratios) = compose::compose(base, &hair.ratios.known, layers, point as usize);
+            let (values, ratios) = compose::compose(base, &hair.ratios.known, layers, point);
             (values, values.vertex_params(hair.pigments, &ratios))
         };
+        let start = Instant::now();
+        let points: Vec<u32> = dirty.points().collect();
+        // Waking other threads takes longer than a dab.
+        let new: Vec<_> = if points.len() < ALONE {
+            points.iter().map(composed).collect()
+        } else {
+            points.par_iter().with_min_len(1024).map(composed).collect()
+        };
         let mut changed = Vec::new();
-        for range in dirty.ranges() {
-            let new: Vec<_> = range
-                .clone()
-                .into_par_iter()
-                .with_min_len(1024)
-                .map(composed)
-                .collect();
-            for (point, (values, params)) in range.clone().zip(new) {
-                let p = point as usize;
-                if self.values[p] != values || self.params[p] != params {
-                    self.values[p] = values;
-                    self.params[p] = params;
-                    changed.push(point);
-                }
+        for (point, (values, params)) in points.iter().zip(new) {
+            let p = *point as usize;
+            if self.values[p] != values || self.params[p] != params {
+                self.values[p] = values;
+                self.params[p] = params;
+                changed.push(*point);
             }
         }
+        self.work += PaintWork {
+            composed: points.len() as u64,
+            changed: changed.len() as u64,
+            compose: start.elapsed(),
+            ..PaintWork::default()
+        };
         DirtyRanges::of_points(changed)
     }
 }

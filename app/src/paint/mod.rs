@@ -16,6 +16,7 @@ mod salon;
 mod scalp;
 mod strand_index;
 mod stroke;
+mod work;
 
 pub use affine::Affine;
 pub use coverage::{Coverage, profile};
@@ -31,3 +32,4 @@ pub use stroke::{
     Dab, Extra, Falloff, Mode, Operation, OperationId, Reach, STROKE_VERSION, StrokeFile, StrokeValue,
 };
 pub(crate) use stroke::{check_dabs, check_operations};
+pub use work::PaintWork;
