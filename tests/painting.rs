@@ -31,7 +31,7 @@ pub fn tuft() -> Arc<Groom> {
     Arc::new(Groom::from_strands(strands, 0.008, 0.01).unwrap().0)
 }
 
-fn document_with(layers: Vec<Layer>) -> Document {
+pub fn document_with(layers: Vec<Layer>) -> Document {
     let mut project = Project::new(GroomReference {
         path: "tuft.hair".into(),
         ..Default::default()
@@ -40,11 +40,11 @@ fn document_with(layers: Vec<Layer>) -> Document {
     Document::new(tuft(), project, PathBuf::new()).unwrap()
 }
 
-fn document() -> Document {
+pub fn document() -> Document {
     document_with(vec![Layer::new("paint", "Paint"), Layer::new("top", "Top")])
 }
 
-fn dab_at(groom: &Groom, strand: usize, point: usize) -> Dab {
+pub fn dab_at(groom: &Groom, strand: usize, point: usize) -> Dab {
     let range = groom.strand(strand);
     Dab {
         root: groom.positions()[range.start].into(),
@@ -55,7 +55,7 @@ fn dab_at(groom: &Groom, strand: usize, point: usize) -> Dab {
     }
 }
 
-fn operation(channel: Channel, mode: Mode, value: StrokeValue, dabs: Vec<Dab>) -> Operation {
+pub fn operation(channel: Channel, mode: Mode, value: StrokeValue, dabs: Vec<Dab>) -> Operation {
     Operation {
         id: OperationId::Number(1),
         layer: "paint".into(),
@@ -115,11 +115,11 @@ fn random_operation(rng: &mut Pcg64Mcg, groom: &Groom, id: u64) -> Operation {
     }
 }
 
-fn bits(params: &[VertexParams]) -> Vec<u32> {
+pub fn bits(params: &[VertexParams]) -> Vec<u32> {
     bytemuck::cast_slice(params).to_vec()
 }
 
-fn replayed(document: &Document) -> Document {
+pub fn replayed(document: &Document) -> Document {
     Document::new(
         document.groom().clone(),
         document.project().clone(),

@@ -18,6 +18,7 @@ mod optics;
 mod optics_probe;
 mod optics_reference;
 mod painting;
+mod painting_cost;
 mod parity;
 mod pathtraced;
 mod project;

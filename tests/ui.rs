@@ -4,6 +4,7 @@
 
 mod ui_light;
 mod ui_session;
+mod ui_tools;
 
 use std::{
     fs,

@@ -33,7 +33,7 @@ pub use check::check_camera;
 pub(crate) use check::check_hair;
 pub use edit::{Changes, Edit};
 pub use hand_light::{HandLight, LightId, ListedLight, MAX_HAND_LIGHTS};
-pub use history::DEFAULT_HISTORY_BYTES;
+pub use history::{DEFAULT_HISTORY_BYTES, LEAST_HISTORY_BYTES};
 pub use lighting::{FitReport, Lighting, map_warnings};
 pub use open::{MAX_PROJECT_BYTES, Opened};
 pub use project::{
@@ -226,7 +226,8 @@ impl Document {
         self.work
     }
 
-    /// Limits the memory that strokes keep for quick undo, in bytes.
+    /// Limits the memory of the history, in bytes; the steps themselves may always take [`LEAST_HISTORY_BYTES`]. What does not fit is undone by
+    /// painting everything again, or no longer.
     pub fn set_history_bytes(&mut self, max_bytes: usize) {
         self.history.set_max_bytes(max_bytes);
     }
@@ -236,7 +237,7 @@ impl Document {
         self.history.max_bytes()
     }
 
-    /// Memory that the history keeps for undoing and redoing at once, in bytes.
+    /// Memory of the history, in bytes.
     pub fn history_bytes(&self) -> usize {
         self.history.bytes()
     }

@@ -289,6 +289,11 @@ impl Operation {
         }
     }
 
+    /// Memory in bytes; unknown fields and curves are not counted.
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() + self.layer.len() + size_of_val(self.dabs.as_slice())
+    }
+
     /// What a person calls it.
     pub fn title(&self) -> String {
         let what = match (&self.shape, self.mode) {

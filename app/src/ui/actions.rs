@@ -71,6 +71,7 @@ impl Editor {
         match saved {
             Ok(()) => {
                 self.say(format!("Saved {}", path.display()));
+                self.remember(path);
                 if let Some(action) = self.after_save.take() {
                     self.proceed(context, action);
                 }
@@ -126,8 +127,12 @@ impl Editor {
         if self.messages.is_empty() {
             self.say("Drag over the hair to dye it. Alt+drag to look around.");
         }
-        let groom = document.groom_as_drawn();
+        let (groom, path) = (document.groom_as_drawn(), document.path().map(Path::to_owned));
+        self.compare.clear();
         self.document = Some(document);
+        if let Some(path) = path {
+            self.remember(&path);
+        }
         self.fitted_for = None;
         match groom {
             Ok(groom) => self.send_scene(SceneInput { groom, head }),

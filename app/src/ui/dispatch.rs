@@ -1,5 +1,6 @@
 //! What commands do, and when they make sense.
 
+use balayage_render::gpu::Terms;
 use egui::Context;
 
 use super::{
@@ -19,7 +20,8 @@ impl Editor {
             Command::Undo => document.is_some_and(|document| document.undo_label().is_some()),
             Command::Redo => document.is_some_and(|document| document.redo_label().is_some()),
             Command::Open | Command::OpenSample => self.opening.is_none(),
-            Command::Quit => true,
+            Command::Quit | Command::Palette | Command::FullScreen | Command::HidePanels => true,
+            Command::TakeSnapshot | Command::Compare => document.is_some() && self.lighting.is_some(),
             Command::DeleteLight => self.selected_light().is_some(),
             Command::SaveLights => self.lighting.is_some(),
             Command::PlaySequence | Command::NextMap | Command::PreviousMap => self.sequence().is_some(),
@@ -82,6 +84,20 @@ impl Editor {
             Command::PreviousMap => self.step_sequence(-1),
             Command::SaveLights => self.ask_where_to_save_lights(context),
             Command::DeleteLight => self.delete_selected_light(),
+            Command::Palette => self.toggle_palette(),
+            Command::PaintTool => self.tool = Tool::Paint,
+            Command::CombTool => self.tool = Tool::Comb,
+            Command::EraseTool => self.tool = Tool::Erase,
+            Command::SmoothTool => self.tool = Tool::Smooth,
+            Command::MaskTool => self.tool = Tool::Mask,
+            Command::LassoTool => self.tool = Tool::Lasso,
+            Command::TakeSnapshot => self.take_snapshot(),
+            Command::Compare => self.toggle_compare(),
+            Command::SoloNext => self.solo_next_term(),
+            Command::AllLight => self.view.terms = Terms::ALL,
+            Command::Turntable => self.turns = true,
+            Command::FullScreen => Self::toggle_full_screen(context),
+            Command::HidePanels => self.hides_panels = !self.hides_panels,
         }
     }
 

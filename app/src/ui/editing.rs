@@ -86,8 +86,9 @@ impl Editor {
     pub(super) fn send_scene(&mut self, scene: SceneInput) {
         let Some(document) = &self.document else { return };
         let all = crate::paint::DirtyRanges::all(document.groom().point_count());
-        self.viewer.set_scene(scene);
+        self.viewer.set_scene(scene.clone());
         self.viewer.set_params(document.params(), &all);
+        self.scene = Some(scene);
     }
 }
 

@@ -10,18 +10,21 @@ use egui::{Context, Panel, TextureHandle, Ui};
 
 use super::{
     actions::{DialogAnswer, PendingAction},
-    command::Command,
+    compare::Compare,
     job::Job,
+    keymap::Keymap,
     lighting::{FitKey, Fitted},
+    palette::Palette,
     panel_dye::DyeState,
     panel_light::LightTab,
+    settings::Settings,
     theme,
-    viewer::{Frame, Viewer, ViewerEvent},
+    viewer::{Frame, SceneInput, Viewer, ViewerEvent},
     viewport::Gesture,
 };
 use crate::{
     Problem,
-    document::{Document, Lighting, Opened},
+    document::{CameraPose, Document, Lighting, Opened},
     tool::{Brush, PickFrame, Tool, ViewCamera},
 };
 
@@ -53,7 +56,6 @@ pub(super) struct ViewOptions {
     pub(super) exposure_ev: f32,
     pub(super) terms: Terms,
     pub(super) show_background: bool,
-    pub(super) blender_keys: bool,
 }
 
 /// The tabs of the dock below the layers.
@@ -64,6 +66,7 @@ pub(super) enum Tab {
     Operations,
     Light,
     History,
+    Statistics,
 }
 
 /// The editor.
@@ -74,6 +77,15 @@ pub struct Editor {
     pub(super) fitted_for: Option<FitKey>,
     pub(super) context: Context,
     pub(super) viewer: Viewer,
+    /// What the viewer draws.
+    pub(super) scene: Option<SceneInput>,
+    pub(super) compare: Compare,
+    pub(super) settings: Settings,
+    pub(super) keymap: Keymap,
+    pub(super) palette: Option<Palette>,
+    /// The turntable runs.
+    pub(super) turns: bool,
+    pub(super) hides_panels: bool,
     pub(super) camera: Option<ViewCamera>,
     /// Width to height of the viewport.
     pub(super) aspect: f32,
@@ -122,6 +134,13 @@ impl Editor {
             fitted_for: None,
             context: context.clone(),
             viewer: Viewer::start(context),
+            scene: None,
+            compare: Compare::default(),
+            settings: Settings::of_session(),
+            keymap: Keymap::new(Default::default(), &Default::default()).0,
+            palette: None,
+            turns: false,
+            hides_panels: false,
             camera: None,
             aspect: 1.4,
             shown: None,
@@ -141,7 +160,6 @@ impl Editor {
                 exposure_ev: 0.0,
                 terms: Terms::ALL,
                 show_background: false,
-                blender_keys: false,
             },
             gesture: Gesture::None,
             slider: None,
@@ -176,6 +194,11 @@ impl Editor {
     /// True while a file is opened or lights are fitted.
     pub fn is_busy(&self) -> bool {
         self.opening.is_some() || self.fitting.is_some()
+    }
+
+    /// The view as a project keeps it.
+    pub fn camera_pose(&self) -> Option<CameraPose> {
+        self.camera.map(|camera| camera.pose())
     }
 
     /// The newest message to the person.
@@ -275,8 +298,8 @@ impl Editor {
 
     /// Shows the unpainted hair while B is held.
     fn show_before(&mut self, context: &Context) {
-        let held =
-            !context.egui_wants_keyboard_input() && context.input(|input| input.key_down(egui::Key::B));
+        let held = !context.egui_wants_keyboard_input()
+            && context.input(|input| input.modifiers.is_none() && input.key_down(egui::Key::B));
         let Some(document) = &self.document else { return };
         if held != self.shows_before {
             self.shows_before = held;
@@ -296,8 +319,9 @@ impl eframe::App for Editor {
         self.take_results(&context);
         self.take_pictures(&context);
         self.guard_close(&context);
-        if self.guard.is_none() && !context.egui_wants_keyboard_input() {
-            while let Some(command) = context.input_mut(Command::pressed) {
+        self.drive_turntable(&context);
+        if self.guard.is_none() && self.palette.is_none() && !context.egui_wants_keyboard_input() {
+            while let Some(command) = context.input_mut(|input| self.keymap.pressed(input)) {
                 self.run(&context, command);
             }
         }
@@ -311,14 +335,17 @@ impl eframe::App for Editor {
 
         Panel::top("menu").show(ui, |ui| self.menu_bar(ui));
         Panel::bottom("status").show(ui, |ui| self.status_bar(ui));
-        Panel::left("tools")
-            .resizable(false)
-            .default_size(104.0)
-            .show(ui, |ui| self.tool_bar(ui));
-        Panel::right("dock")
-            .default_size(324.0)
-            .show(ui, |ui| self.right_dock(ui));
+        if !self.hides_panels {
+            Panel::left("tools")
+                .resizable(false)
+                .default_size(104.0)
+                .show(ui, |ui| self.tool_bar(ui));
+            Panel::right("dock")
+                .default_size(324.0)
+                .show(ui, |ui| self.right_dock(ui));
+        }
         egui::CentralPanel::no_frame().show(ui, |ui| self.viewport(ui));
+        self.palette_window(&context);
         self.guard_dialog(&context);
         self.set_title(&context);
     }

@@ -3,7 +3,11 @@
 use balayage_render::gpu::ViewTransform;
 use egui::Ui;
 
-use super::{Command, Editor, editor::Tab};
+use super::{
+    Command, Editor,
+    editor::Tab,
+    settings::{Look, Navigation},
+};
 use crate::tool::Tool;
 
 impl Editor {
@@ -11,7 +15,7 @@ impl Editor {
         use Command as C;
         let menus: [(&str, &[C]); 4] = [
             ("File", &[C::Open, C::OpenSample, C::Save, C::SaveAs, C::Quit]),
-            ("Edit", &[C::Undo, C::Redo]),
+            ("Edit", &[C::Undo, C::Redo, C::Palette]),
             (
                 "Hair",
                 &[
@@ -43,12 +47,20 @@ impl Editor {
                     for command in commands {
                         self.menu_item(ui, *command);
                     }
+                    if name == "File" {
+                        ui.menu_button("Open recent", |ui| self.recent_files(ui));
+                    }
                 });
             }
             ui.menu_button("View", |ui| self.view_menu(ui));
             ui.separator();
             ui.label(self.document_name());
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                let compare = egui::Button::selectable(self.compare.is_on(), "A|B");
+                let compare = ui.add_enabled(self.is_enabled(C::Compare), compare);
+                if compare.on_hover_text(C::Compare.hint()).clicked() {
+                    self.run(ui.ctx(), C::Compare);
+                }
                 for command in [C::Redo, C::Undo] {
                     let button = ui.add_enabled(self.is_enabled(command), egui::Button::new(command.label()));
                     if button.on_hover_text(self.explain(command)).clicked() {
@@ -60,8 +72,8 @@ impl Editor {
     }
 
     fn menu_item(&mut self, ui: &mut Ui, command: Command) {
-        let keys = command
-            .shortcuts()
+        let keys = self.keymap.keys(command);
+        let keys = keys
             .first()
             .map(|keys| ui.ctx().format_shortcut(keys))
             .unwrap_or_default();
@@ -83,10 +95,45 @@ impl Editor {
         ui.separator();
         ui.checkbox(&mut self.view.show_background, "Show environment");
         self.handles_checkbox(ui);
-        ui.checkbox(&mut self.view.blender_keys, "Blender navigation")
-            .on_hover_text(
-                "Middle button orbits, Shift+middle pans; otherwise Alt with left, middle, right button",
-            );
+        ui.separator();
+        for command in [
+            Command::Compare,
+            Command::TakeSnapshot,
+            Command::SoloNext,
+            Command::AllLight,
+            Command::Turntable,
+            Command::FullScreen,
+            Command::HidePanels,
+        ] {
+            self.menu_item(ui, command);
+        }
+        ui.separator();
+        let (mut look, mut navigation) = (self.settings.values().look, self.settings.values().navigation);
+        for (choice, name) in [
+            (Look::Dark, "Dark"),
+            (Look::Light, "Light theme"),
+            (Look::System, "Theme of the system"),
+        ] {
+            ui.radio_value(&mut look, choice, name);
+        }
+        ui.separator();
+        for (choice, name, hint) in [
+            (
+                Navigation::Maya,
+                "Maya, Substance navigation",
+                "Alt with left, middle and right button",
+            ),
+            (
+                Navigation::Blender,
+                "Blender navigation",
+                "Middle button orbits, Shift+middle pans, the wheel zooms",
+            ),
+        ] {
+            ui.radio_value(&mut navigation, choice, name).on_hover_text(hint);
+        }
+        if (look, navigation) != (self.settings.values().look, self.settings.values().navigation) {
+            self.set_preference(|values| (values.look, values.navigation) = (look, navigation));
+        }
     }
 
     /// What a toolbar button will do, with its key.
@@ -111,13 +158,14 @@ impl Editor {
             ui.heading("Layers");
             self.layers_panel(ui);
             ui.separator();
-            ui.horizontal(|ui| {
+            ui.horizontal_wrapped(|ui| {
                 for (tab, name) in [
                     (Tab::Brush, "Brush"),
                     (Tab::Hair, "Hair"),
                     (Tab::Light, "Light"),
                     (Tab::Operations, "Operations"),
                     (Tab::History, "History"),
+                    (Tab::Statistics, "Statistics"),
                 ] {
                     ui.selectable_value(&mut self.tab, tab, name);
                 }
@@ -128,6 +176,7 @@ impl Editor {
                 Tab::Light => self.light_panel(ui),
                 Tab::Operations => self.operations_panel(ui),
                 Tab::History => self.history_panel(ui),
+                Tab::Statistics => self.statistics_panel(ui),
             }
         });
     }

@@ -2,15 +2,18 @@
 
 mod actions;
 mod command;
+mod compare;
 mod dispatch;
 mod editing;
 mod editor;
 mod job;
+pub mod keymap;
 mod light_ball;
 mod light_inspector;
 mod light_map;
 mod lighting;
 mod menus;
+mod palette;
 mod panel_brush;
 mod panel_dye;
 mod panel_hair;
@@ -19,13 +22,18 @@ mod panel_layers;
 mod panel_light;
 mod panel_mask;
 mod panel_operations;
+mod panel_statistics;
+mod preferences;
 mod ring;
 mod sequence;
+pub mod settings;
 mod status;
 mod stroke;
 mod theme;
 mod viewer;
+mod viewing;
 mod viewport;
+mod welcome;
 mod widgets;
 
 use std::path::PathBuf;
@@ -48,6 +56,10 @@ pub fn run(open: Option<PathBuf>) -> Result<(), eframe::Error> {
     eframe::run_native(
         "Balayage",
         options,
-        Box::new(|creation| Ok(Box::new(Editor::new(&creation.egui_ctx, open)))),
+        Box::new(|creation| {
+            let mut editor = Editor::new(&creation.egui_ctx, open);
+            editor.use_settings_of_user();
+            Ok(Box::new(editor))
+        }),
     )
 }

@@ -46,6 +46,15 @@ impl Editor {
             ));
             return;
         }
+        // On its string the brush lags behind the pointer.
+        let at = match &self.gesture {
+            Gesture::Stroke(path) if self.brush.string > 0.0 => {
+                let brush = Pos2::new(path.place().x, path.place().y);
+                painter.line_segment([brush, at], Stroke::new(1.0, Color32::from_gray(200)));
+                brush
+            }
+            _ => at,
+        };
         let radius = self.ring_radius(at, rect);
         let color = match (self.tool, self.brush.channel) {
             (Tool::Paint | Tool::Comb, Channel::Dye) => swatch(self.dyes.seen),

@@ -80,7 +80,8 @@ impl Editor {
             return;
         };
         let step = (self.brush.spacing * self.ring_radius(at, rect)).max(2.0);
-        let places = path.advance(Vec2::new(at.x, at.y), step);
+        let brush = path.pulled(Vec2::new(at.x, at.y), self.brush.string);
+        let places = path.advance(brush, step);
         self.gesture = Gesture::Stroke(path);
         self.paint_at(&places, rect);
     }

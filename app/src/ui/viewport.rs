@@ -58,17 +58,15 @@ impl Editor {
         }
         if self.document.is_none() {
             if self.opening.is_none() {
-                note(
-                    ui,
-                    rect,
-                    "Open a project or a groom: File, Open, or drop a file here.",
-                );
+                self.welcome(ui, rect);
             }
             return;
         }
         self.steer(ui, rect, &response);
         self.paint_handles(ui, rect);
         self.ring(ui, rect, &response);
+        self.paint_compare(ui, rect);
+        self.hints(ui, rect);
     }
 
     /// Asks for the picture of the present camera at the size of the viewport.
@@ -76,7 +74,7 @@ impl Editor {
         let Some(camera) = &self.camera else { return };
         let pixels = rect.size() * ui.ctx().pixels_per_point();
         let hair = self.document.as_ref().map(|document| &document.project().hair);
-        self.viewer.set_view(ViewRequest {
+        let view = ViewRequest {
             camera: *camera.camera(),
             size: [(pixels.x as u32).max(1), (pixels.y as u32).max(1)],
             settings: RenderSettings {
@@ -98,12 +96,16 @@ impl Editor {
             motion: match self.gesture {
                 Gesture::Stroke(_) => Motion::Painting,
                 Gesture::Lasso(_) => Motion::Still,
-                Gesture::None | Gesture::SizeBrush if self.slider.is_none() && !self.is_playing() => {
+                Gesture::None | Gesture::SizeBrush
+                    if self.slider.is_none() && !self.is_playing() && !self.turns =>
+                {
                     Motion::Still
                 }
                 _ => Motion::Moving,
             },
-        });
+        };
+        self.viewer.set_view(view);
+        self.drive_compare(view);
     }
 
     /// Starts, continues and ends gestures.
@@ -198,7 +200,7 @@ impl Editor {
         let Modifiers {
             alt, shift, command, ..
         } = modifiers;
-        match (button, self.view.blender_keys) {
+        match (button, self.navigates_as_blender()) {
             (PointerButton::Secondary, _) if shift => Gesture::TurnLight,
             (PointerButton::Secondary, _) if command => Gesture::SizeBrush,
             (PointerButton::Middle, true) => {
@@ -231,7 +233,7 @@ impl Editor {
         }
     }
 
-    fn look(&mut self, change: impl FnOnce(&mut crate::tool::ViewCamera)) {
+    pub(super) fn look(&mut self, change: impl FnOnce(&mut crate::tool::ViewCamera)) {
         if let Some(camera) = &mut self.camera {
             change(camera);
         }

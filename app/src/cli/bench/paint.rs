@@ -1,10 +1,10 @@
 //! `balayage bench paint`: what lies between the pointer and the picture, step by step, in milliseconds and in work.
 
-use std::{path::PathBuf, time::Instant};
+use std::{collections::BTreeMap, path::PathBuf, time::Instant};
 
 use balayage_render::{
     gpu::{Camera, Gpu, Quality, RenderSettings, Renderer},
-    param::{Channel, VertexParams},
+    param::Channel,
 };
 use clap::Args;
 use glam::Vec2;
@@ -114,6 +114,8 @@ struct Run {
     ms: [Samples; STEPS.len()],
     work: [Samples; WORK.len()],
     refined_ms: Samples,
+    /// Passes of the frame while painting.
+    passes: BTreeMap<String, Samples>,
 }
 
 /// A document with its picture on the GPU, as the editor has it.
@@ -175,13 +177,16 @@ impl Bench {
             self.gpu.wait()?;
             let uploaded = uploading.elapsed();
             let total = start.elapsed();
-            let bytes = dirty.point_count() * size_of::<VertexParams>();
-            let (mut frame_ms, mut shaded) = (f64::NAN, f64::NAN);
+            let (mut frame_ms, mut sent, mut shaded) = (f64::NAN, f64::NAN, f64::NAN);
             if draws {
                 let drawing = Instant::now();
                 let report = self.renderer.render(&self.camera, quick_size, &quick)?;
                 self.renderer.shown_bytes()?;
+                for (pass, ms) in report.passes.iter().cloned() {
+                    run.passes.entry(pass).or_default().0.push(ms);
+                }
                 frame_ms = 1e3 * drawing.elapsed().as_secs_f64();
+                sent = report.counter("parameter bytes uploaded") as f64;
                 shaded = report.counter("vertices shaded") as f64;
             }
             let times = [
@@ -202,9 +207,8 @@ impl Bench {
                 work.blended - before.blended,
                 work.composed - before.composed,
                 work.changed - before.changed,
-                bytes as u64,
             ];
-            let work = work.into_iter().map(|n| n as f64).chain([shaded]);
+            let work = work.into_iter().map(|n| n as f64).chain([sent, shaded]);
             for (samples, n) in run.work.iter_mut().zip(work) {
                 samples.0.push(n);
             }
@@ -375,8 +379,12 @@ fn covering(index: &StrandIndex, share: f32) -> f32 {
 fn tables(run: &Run) -> Vec<Table> {
     let columns = ["step", "median ms", "90 % ms", "greatest ms"];
     let mut times = Table::new("paint_ms", columns);
-    let refined = ("refined frame after a stroke", &run.refined_ms);
-    for (name, samples) in STEPS.into_iter().zip(&run.ms).chain([refined]) {
+    let rows = STEPS.into_iter().zip(&run.ms);
+    let rows = rows.map(|(name, samples)| (name.to_owned(), samples));
+    let passes = run.passes.iter();
+    let passes = passes.map(|(pass, samples)| (format!("of it {pass}"), samples));
+    let refined = ("refined frame after a stroke".to_owned(), &run.refined_ms);
+    for (name, samples) in rows.chain(passes).chain([refined]) {
         let [median, most, greatest] = samples.quantiles();
         times.row([Cell::from(name), median.into(), most.into(), greatest.into()]);
     }
