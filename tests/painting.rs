@@ -5,8 +5,8 @@ use std::{path::PathBuf, sync::Arc};
 use balayage::{
     document::{Blend, Document, Edit, GroomReference, HairSettings, Layer, Project},
     paint::{
-        Dab, DirtyRanges, Extra, Falloff, Mode, Operation, OperationId, Reach, StrandIndex, StrokeFile,
-        StrokeValue,
+        Dab, DirtyRanges, Extra, Falloff, Mode, Nearest, Operation, OperationId, Reach, StrandIndex,
+        StrokeFile, StrokeValue,
     },
 };
 use balayage_render::{
@@ -67,6 +67,7 @@ pub fn operation(channel: Channel, mode: Mode, value: StrokeValue, dabs: Vec<Dab
         hardness: 0.3,
         falloff: Falloff::Smooth,
         reach: Reach::Surface,
+        nearest: Nearest::Point,
         arc_reach: None,
         arc_range: None,
         shape: None,
@@ -110,6 +111,7 @@ fn random_operation(rng: &mut Pcg64Mcg, groom: &Groom, id: u64) -> Operation {
         hardness: rng.random_range(0.0..1.0),
         falloff: [Falloff::Smooth, Falloff::Linear, Falloff::Constant][rng.random_range(0..3)],
         reach: [Reach::Surface, Reach::Through, Reach::Strand][rng.random_range(0..3)],
+        nearest: [Nearest::Point, Nearest::Place][rng.random_range(0..2)],
         arc_reach: rng.random_bool(0.5).then(|| rng.random_range(0.05..1.0)),
         ..operation(channel, mode, value, dabs)
     }

@@ -38,7 +38,7 @@ fn only_what_a_dab_touches_is_computed_again() {
         interactive: true,
         ..RenderSettings::default()
     };
-    let mut frame = |renderer: &mut Renderer| renderer.render(&camera, [96, 96], &settings).unwrap();
+    let frame = |renderer: &mut Renderer| renderer.render(&camera, [96, 96], &settings).unwrap();
     let first = frame(&mut renderer);
     let whole = (groom.point_count() * size_of::<VertexParams>()) as u64;
     assert_eq!(first.counter("parameter bytes uploaded"), whole);

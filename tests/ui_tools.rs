@@ -37,6 +37,8 @@ fn the_palette_finds_commands_and_changes_keys() {
     let mut harness = editor(&project(folder.path()));
     harness.state_mut().use_settings(Settings::read(&file).unwrap());
     harness.step();
+    harness.step();
+    harness.step();
     assert!(shows(&harness, "First steps"), "a first start has hints");
     click(&mut harness, "Got it");
     assert!(!shows(&harness, "First steps"));

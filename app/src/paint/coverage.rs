@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Dab, Falloff, Operation, Reach, Shape, StrandIndex};
+use super::{Dab, Falloff, Nearest, Operation, Reach, Shape, StrandIndex};
 
 /// Coverage of a dab at `x` radii from its centre: 1 in the hard core, 0 from the rim outwards.
 pub fn profile(falloff: Falloff, hardness: f32, x: f32) -> f32 {
@@ -140,12 +140,21 @@ fn for_each_covered(
         return index.for_each_near(position, radius, |point, distance| visit(point, across(distance)));
     }
 
-    // A strand is covered by its nearest place, wherever its points lie: one end of that segment is no further than half of it. Along the
-    // strand coverage falls off towards both ends of the stretch.
+    // A strand is covered by its nearest place, wherever its points lie: one end of that segment is no further than half of it. Strokes of
+    // before counted from its points. Along the strand coverage falls off towards both ends of the stretch.
     let mut strands: Vec<(u32, f32)> = Vec::new();
-    let reach = radius + 0.5 * index.longest_segment();
-    let measured = index.for_each_near(position, reach, |point, _| {
-        let distance = index.distance_to_strand(point, position);
+    let by_place = operation.nearest == Nearest::Place;
+    let reach = if by_place {
+        radius + 0.5 * index.longest_segment()
+    } else {
+        radius
+    };
+    let measured = index.for_each_near(position, reach, |point, to_point| {
+        let distance = if by_place {
+            index.distance_to_strand(point, position)
+        } else {
+            to_point
+        };
         if distance < radius {
             strands.push((index.strand_of(point), across(distance)));
         }

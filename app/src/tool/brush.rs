@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 
 use crate::{
     document::Document,
-    paint::{Extra, Falloff, Mode, Operation, Reach, StrokeValue},
+    paint::{Extra, Falloff, Mode, Nearest, Operation, Reach, StrokeValue},
 };
 
 /// What a drag over the hair does.
@@ -220,6 +220,7 @@ impl Brush {
             across: if mode == Mode::Smooth { self.across } else { 0.0 },
             falloff: self.falloff,
             reach: if combs { Reach::Strand } else { self.reach },
+            nearest: Nearest::Place,
             arc_reach: None,
             arc_range: combs.then_some([from.min(to), from.max(to)]),
             seed: 0,

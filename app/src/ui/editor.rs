@@ -196,6 +196,11 @@ impl Editor {
         self.opening.is_some() || self.fitting.is_some()
     }
 
+    /// Points that were painted and that no picture has taken yet.
+    pub fn points_to_draw(&self) -> usize {
+        self.viewer.waiting_points()
+    }
+
     /// The view as a project keeps it.
     pub fn camera_pose(&self) -> Option<CameraPose> {
         self.camera.map(|camera| camera.pose())
@@ -298,7 +303,7 @@ impl Editor {
 
     /// Shows the unpainted hair while B is held.
     fn show_before(&mut self, context: &Context) {
-        let held = !context.egui_wants_keyboard_input()
+        let held = !context.text_edit_focused()
             && context.input(|input| input.modifiers.is_none() && input.key_down(egui::Key::B));
         let Some(document) = &self.document else { return };
         if held != self.shows_before {
@@ -320,7 +325,7 @@ impl eframe::App for Editor {
         self.take_pictures(&context);
         self.guard_close(&context);
         self.drive_turntable(&context);
-        if self.guard.is_none() && self.palette.is_none() && !context.egui_wants_keyboard_input() {
+        if self.guard.is_none() && self.palette.is_none() && !context.text_edit_focused() {
             while let Some(command) = context.input_mut(|input| self.keymap.pressed(input)) {
                 self.run(&context, command);
             }

@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, path::PathBuf, time::Instant};
 
 use balayage_render::{
-    gpu::{Camera, Gpu, Quality, RenderSettings, Renderer},
+    gpu::{Camera, Gpu, RenderSettings, Renderer},
     param::Channel,
 };
 use clap::Args;
@@ -128,13 +128,13 @@ struct Bench {
 }
 
 impl Bench {
-    /// The picture while painting: fewer pixels, nothing but painted vertices is shaded.
+    /// The picture while painting, as the editor draws it where it would else keep the hand waiting: fewer pixels, nothing but painted
+    /// vertices is shaded.
     fn quick(&self) -> ([u32; 2], RenderSettings) {
-        let mut settings = RenderSettings {
+        let settings = RenderSettings {
             interactive: true,
             ..RenderSettings::default()
         };
-        settings.shade.method.quality = Quality::Draft;
         (self.size.map(|side| (side / DRAFT_SHARE).max(1)), settings)
     }
 
