@@ -24,28 +24,10 @@ fn reference_params(sigma_a: [f32; 3]) -> VertexParams {
     }
 }
 
-/// Ratio of mean radiance per channel over pixels that the reference covers, and relative RMSE of tile means.
+/// Ratio of mean radiance per channel, and relative RMSE of tile means.
 fn compare(got: &Picture, reference: &Picture) -> ([f64; 3], f64) {
-    let mean = |p: &Picture, c: usize| {
-        let covered = p.pixels.iter().zip(&reference.pixels).filter(|(_, r)| r[3] > 0.0);
-        covered.map(|(p, _)| f64::from(p[c])).sum::<f64>()
-    };
-    let ratio = std::array::from_fn(|c| mean(got, c) / mean(reference, c));
-    let tile = |p: &Picture, x: usize, y: usize, c: usize| -> f64 {
-        let pixels = (0..TILE * TILE).map(|k| (y * TILE + k / TILE) * p.width + x * TILE + k % TILE);
-        pixels.map(|k| f64::from(p.pixels[k][c])).sum()
-    };
-    let (mut error, mut norm) = (0.0, 0.0);
-    for y in 0..reference.height / TILE {
-        for x in 0..reference.width / TILE {
-            for c in 0..3 {
-                let expected = tile(reference, x, y, c);
-                error += (tile(got, x, y, c) - expected).powi(2);
-                norm += expected * expected;
-            }
-        }
-    }
-    (ratio, (error / norm).sqrt())
+    let difference = got.difference(reference, TILE);
+    (difference.ratio, difference.tile_rmse)
 }
 
 /// Most that mean radiance may be off in a channel, and tiles.

@@ -13,6 +13,15 @@ pub struct Picture {
     pub pixels: Vec<[f32; 4]>,
 }
 
+/// What [`Picture::difference`] found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Difference {
+    /// Mean radiance over the reference's, per channel, over pixels that the reference covers.
+    pub ratio: [f64; 3],
+    /// Root mean square difference of the means of square tiles, over their root mean square.
+    pub tile_rmse: f64,
+}
+
 /// A picture could not be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
@@ -72,6 +81,45 @@ impl Picture {
             reason: e.to_string(),
         })?;
         Ok(image.layer_data.channel_data.pixels)
+    }
+
+    /// How far the picture is from a reference of the same size, a path tracer's for example.
+    ///
+    /// # Panics
+    /// Where the sizes differ.
+    pub fn difference(&self, reference: &Self, tile: usize) -> Difference {
+        assert_eq!(
+            (self.width, self.height),
+            (reference.width, reference.height),
+            "pictures of one size are compared"
+        );
+        let mean = |picture: &Self, c: usize| {
+            let covered = picture
+                .pixels
+                .iter()
+                .zip(&reference.pixels)
+                .filter(|(_, r)| r[3] > 0.0);
+            covered.map(|(p, _)| f64::from(p[c])).sum::<f64>()
+        };
+        let sum = |picture: &Self, x: usize, y: usize, c: usize| -> f64 {
+            let pixels =
+                (0..tile * tile).map(|k| (y * tile + k / tile) * picture.width + x * tile + k % tile);
+            pixels.map(|k| f64::from(picture.pixels[k][c])).sum()
+        };
+        let (mut error, mut norm) = (0.0, 0.0);
+        for y in 0..reference.height / tile {
+            for x in 0..reference.width / tile {
+                for c in 0..3 {
+                    let expected = sum(reference, x, y, c);
+                    error += (sum(self, x, y, c) - expected).powi(2);
+                    norm += expected * expected;
+                }
+            }
+        }
+        Difference {
+            ratio: std::array::from_fn(|c| mean(self, c) / mean(reference, c)),
+            tile_rmse: (error / norm).sqrt(),
+        }
     }
 
     /// Pixels with a value that is not finite.

@@ -8,7 +8,8 @@
 //! 4. [`gpu`]: upload of what changed, fragments of every strand, marks on the vertices that a pixel shows; for those, as far as they are
 //!    stale, transmittance and strand shading; then the fragments become colours, and the view is toned.
 //!
-//! [`optics`] is the float64 reference that the shaders are held against. It imports nothing of ours.
+//! [`optics`] is the float64 reference that the shaders are held against; it imports nothing of ours. [`trace`] traces the paths of
+//! light that the frame approximates.
 
 pub mod gpu;
 pub mod groom;
@@ -16,4 +17,5 @@ pub mod image;
 pub mod light;
 pub mod optics;
 pub mod param;
+pub mod trace;
 pub mod volume;

@@ -1,13 +1,17 @@
 // Multiple scattering at a point of a fibre, from the path sums towards one light (pass/transmittance_path.wgsl) and the table of averages.
 // A pass that uses it declares `tables` (lib/tables.wgsl) and `averages_table` (lib/averages_table.wgsl).
 //
-// D: light scattered forward on its way (global). L: light sent back by the neighbourhood (local). U: light sent back by the hair behind.
+// D: light scattered forward on its way (global). L: light sent back by the neighbourhood (local). U: light sent back by the hair behind
+// (M2) or turned round any number of times (M3).
 // All values are radiance per L dw: radiance of the light times the solid angle that the direction stands for.
 //!use lib/forward.wgsl
 //!use lib/averages_table.wgsl
 
 // M2 = S + 1.1 D + 0.2 L + 0.25 U: weights held against path tracing of a groom of 3,000 strands.
 const M2_WEIGHTS: vec3f = vec3f(1.1, 0.2, 0.25);
+
+// M3 = S + 1.25 D + U: one weight, held against path tracing from white to black hair under sun and sky and uniform light.
+const M3_FORWARD: f32 = 1.25;
 
 // d_f and d_b of Zinke 2008.
 const ZINKE_DENSITY: f32 = 0.7;
@@ -90,6 +94,41 @@ fn m2_terms(v: MultipleView, theta: f32, phi: f32, path: PathRecord) -> Multiple
         + scattered * around * local_scattering(v, back, theta, variance));
     terms.u = v.rho * depth_share * path.t_f * mix(v.a_f, v.a_b, phi_d / PI) / PI;
     return terms;
+}
+
+// The terms of M3, weights included, for light from (theta, phi). D as in M2. U: what two streams along the light's line carry to the
+// point, there and back, beyond the light that has not turned round yet; it comes from everywhere.
+fn m3_terms(v: MultipleView, theta: f32, phi: f32, path: PathRecord) -> MultipleTerms {
+    let direct = exp(-path.n);
+    let scattered = max(path.t_f - direct, vec3f(0.0));
+    let phi_d = abs(wrapped(v.phi_o - phi));
+    // beta_f is a standard deviation in theta_h, a deviation in theta_i is twice as wide.
+    let variance = 4.0 * max(path.spread, 1e-5);
+
+    var terms: MultipleTerms;
+    terms.d = M3_FORWARD * scattered * forward_scattering(v.forward, theta, cos(phi_d), variance);
+    terms.u = max(two_streams(v, theta, path) - path.t_f, vec3f(0.0)) * (v.a_f + v.a_b) / (4.0 * PI);
+    return terms;
+}
+
+// F + B at the point, for light of power 1 that enters the hair in front: dF/dx = -(1 - a_f) F + a_b B, -dB/dx = -(1 - a_f) B + a_b F,
+// x counting fibres, nothing entering from behind. Fibres of one sort in front and behind have
+// F = exp(-K) (1 - rho^2 b) / c, B = rho exp(-K) (1 - b) / c, c = 1 - rho^2 b exp(-2 K), K = sum of k in front, b = exp(-2 sum of k behind).
+fn two_streams(v: MultipleView, theta: f32, path: PathRecord) -> vec3f {
+    let b = exp(-path.kappa);
+    // 1 - b from its series where the subtraction would cancel.
+    let one_minus_b = select(1.0 - b, path.kappa * (1.0 - 0.5 * path.kappa), path.kappa < vec3f(1e-2));
+    // The way in front knows the sum of 1 - a_f; k is its share in the fibres here.
+    var share: vec3f;
+    let place = averages_theta_place(theta);
+    for (var c = 0u; c < 3u; c++) {
+        let a_f = averages_entry(v.sigma_place[c], place, 0u).x;
+        share[c] = averages_entry(v.sigma_place[c], place, 1u).z / max(1.0 - a_f, K_MIN);
+    }
+    let front = pow(max(path.t_f, vec3f(1e-8)), min(share, vec3f(1.0)));
+    let returned = v.rho * v.rho * b;
+    let carried = front * (1.0 - returned + v.rho * one_minus_b);
+    return carried / max(1.0 - returned * front * front, vec3f(1e-6));
 }
 
 // Zinke 2008 under an SRBF light as Xu 2011 prints it (Eq 27, 29, the light's bandwidth inside sigma_f), densities d_f = d_b = 0.7

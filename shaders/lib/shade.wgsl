@@ -12,7 +12,7 @@ struct ShadeUniform {
     light_count: u32,
     first_record: u32,         // of first_light in the batch
     adds: u32,                 // 0: the first dispatch of the frame
-    multiple: u32,             // 0: M2, 1: Zinke 2008
+    multiple: u32,             // 0: M3, 1: Zinke 2008, 2: M2
 }
 
 // A light of which less than this share arrives at a point is not evaluated there.

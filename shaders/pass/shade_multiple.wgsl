@@ -53,7 +53,11 @@ fn terms_of_light(v: MultipleView, local_from_world: mat3x3f, light: u32, toward
     for (var k = 0u; k < frame.path_count; k++) {
         let spread = directions[frame.first_path + k];
         let at = angles(local_from_world * world_from_lobe(frame, spread.local, vec2f(1.0, 0.0)));
-        sum += spread.solid_angle * weighted(m2_terms(v, at.x, at.y, path), M2_WEIGHTS);
+        if shade.multiple == 2u {
+            sum += spread.solid_angle * weighted(m2_terms(v, at.x, at.y, path), M2_WEIGHTS);
+        } else {
+            sum += spread.solid_angle * weighted(m3_terms(v, at.x, at.y, path), vec3f(1.0));
+        }
     }
     return sum;
 }

@@ -1,6 +1,6 @@
 //! Options that say how single scattering is evaluated.
 
-use balayage_render::gpu::{DIRECTIONS, Method, Model, Quality, SEGMENTS, Scheme};
+use balayage_render::gpu::{DIRECTIONS, Method, Model, Multiple, Quality, SEGMENTS, Scheme};
 use clap::{Args, ValueEnum};
 
 /// `--model` of a picture.
@@ -20,6 +20,30 @@ impl From<ModelName> for Model {
             ModelName::Marschner => Self::Marschner,
             ModelName::Deon => Self::Deon,
             ModelName::KajiyaKay => Self::KajiyaKay,
+        }
+    }
+}
+
+/// `--multiple` of a picture.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum MultipleName {
+    /// S + 1.25 D + U: two streams carry what turned round.
+    M3,
+    /// S + 1.1 D + 0.2 L + 0.25 U.
+    M2,
+    /// Zinke 2008 as printed.
+    Zinke2008,
+    /// Single scattering only.
+    Off,
+}
+
+impl From<MultipleName> for Multiple {
+    fn from(name: MultipleName) -> Self {
+        match name {
+            MultipleName::M3 => Self::M3,
+            MultipleName::M2 => Self::M2,
+            MultipleName::Zinke2008 => Self::Zinke2008,
+            MultipleName::Off => Self::Off,
         }
     }
 }

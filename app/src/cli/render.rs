@@ -7,7 +7,7 @@ use std::{
 
 use balayage_render::{
     gpu::{
-        Camera, CameraFile, FrameReport, Gpu, Method, Model, Multiple, Quality, RenderSettings, Renderer,
+        Camera, CameraFile, FrameReport, Gpu, Method, Model, Quality, RenderSettings, Renderer,
         ShadeSettings, Terms, ViewTransform,
     },
     image::write_png,
@@ -20,7 +20,7 @@ use super::{
     CliError, Console,
     hair_option::HairOption,
     light_options::LightOptions,
-    method_options::{MethodOptions, ModelName},
+    method_options::{MethodOptions, ModelName, MultipleName},
 };
 use crate::{
     Problem,
@@ -67,7 +67,7 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "TERMS", default_value = "all")]
     terms: Terms,
     /// How light that has crossed other fibres is added.
-    #[arg(long, value_enum, default_value_t = MultipleName::M2)]
+    #[arg(long, value_enum, default_value_t = MultipleName::M3)]
     multiple: MultipleName,
     /// Exact rays per point and light that shadows come from; 0: the density of the hair. [default: 64 with --quality high, else 0]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=1024))]
@@ -99,16 +99,6 @@ enum ViewName {
     Agx,
     /// Clipped.
     Raw,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum MultipleName {
-    /// S + 1.1 D + 0.2 L + 0.25 U.
-    M2,
-    /// Zinke 2008 as printed.
-    Zinke2008,
-    /// Single scattering only.
-    Off,
 }
 
 /// `WxH`.
@@ -166,7 +156,7 @@ pub(super) fn run(args: &RenderArgs, console: &mut Console<'_>) -> Result<(), Cl
     }
     document.apply(Edit::SetHair(hair))?;
     document.apply(Edit::SetLight(args.light.applied_to(&document)))?;
-    let camera = camera(args, &document)?;
+    let camera = camera(args.camera.as_deref(), args.size, &document)?;
 
     // Adapters are asked for before the fit: without one nothing is worth waiting for.
     let gpu = Gpu::headless()?;
@@ -209,9 +199,13 @@ pub(super) fn run(args: &RenderArgs, console: &mut Console<'_>) -> Result<(), Cl
     print(&pictures, &reports, &gpu, &document, &lighting, console)
 }
 
-/// The camera that the options, the project or the hair ask for, in that order.
-fn camera(args: &RenderArgs, document: &Document) -> Result<Camera, CliError> {
-    let pose = match &args.camera {
+/// The camera that the option, the project or the hair asks for, in that order.
+pub(super) fn camera(
+    file: Option<&Path>,
+    [width, height]: [u32; 2],
+    document: &Document,
+) -> Result<Camera, CliError> {
+    let pose = match file {
         Some(file) => {
             let text = files::read_text(file, 1 << 20)?;
             let pose: CameraPose =
@@ -229,13 +223,10 @@ fn camera(args: &RenderArgs, document: &Document) -> Result<Camera, CliError> {
             };
             Camera::try_from(file).map_err(CliError::Input)
         }
-        None => {
-            let [width, height] = args.size;
-            Ok(Camera::framing(
-                document.groom().bounds(),
-                width as f32 / height as f32,
-            ))
-        }
+        None => Ok(Camera::framing(
+            document.groom().bounds(),
+            width as f32 / height as f32,
+        )),
     }
 }
 
@@ -311,11 +302,7 @@ fn settings(args: &RenderArgs, document: &Document) -> RenderSettings {
                 model: args.model.map_or(hair.model, Model::from),
                 ..method
             },
-            multiple: match args.multiple {
-                MultipleName::M2 => Multiple::M2,
-                MultipleName::Zinke2008 => Multiple::Zinke2008,
-                MultipleName::Off => Multiple::Off,
-            },
+            multiple: args.multiple.into(),
             terms: args.terms,
         },
         samples: args.samples,

@@ -16,8 +16,10 @@ use super::{Gpu, GpuError, Kernel, Method, Quality};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Multiple {
-    /// S + 1.1 D + 0.2 L + 0.25 U.
+    /// S + 1.25 D + U, where U is what two streams say has turned round.
     #[default]
+    M3,
+    /// S + 1.1 D + 0.2 L + 0.25 U.
     M2,
     /// Zinke 2008 as printed, d_f = d_b = 0.7.
     Zinke2008,
@@ -76,7 +78,7 @@ impl Default for ShadeSettings {
     fn default() -> Self {
         Self {
             method: Method::default(),
-            multiple: Multiple::M2,
+            multiple: Multiple::M3,
             terms: Terms::ALL,
         }
     }
@@ -313,7 +315,11 @@ fn runs<'a>(settings: &ShadeSettings, strands: &StrandBuffers, inputs: &ShadeInp
                 light_count: lights.len() as u32,
                 first_record: (lights.start - batch.lights.start) * strands.point_count,
                 adds: u32::from(!runs.is_empty()),
-                multiple: u32::from(settings.multiple == Multiple::Zinke2008),
+                multiple: match settings.multiple {
+                    Multiple::M3 | Multiple::Off => 0,
+                    Multiple::Zinke2008 => 1,
+                    Multiple::M2 => 2,
+                },
                 padding: [0; 2],
             };
             runs.push(Run { batch, uniform });

@@ -11,6 +11,7 @@
 //! | [`single`] | single scattering of one fibre: under an SRBF light, a uniform environment, a direction |
 //! | [`averages`] | a_f, a_b, average shifts and widths (Xu 2011, Eq 32) |
 //! | [`dual`] | global and local multiple scattering (Xu 2011, Eq 27 to 31), A_b, Delta_b, sigma_b, k and rho |
+//! | [`sample`] | directions drawn from what a fibre scatters |
 //! | [`seen`] | the colour of deep hair in white light, and the absorption that gives a colour |
 //! | [`deon`], [`kajiya_kay`] | the other two models |
 //!
@@ -30,6 +31,7 @@ pub mod fresnel;
 pub mod kajiya_kay;
 pub mod longitudinal;
 pub mod quadrature;
+pub mod sample;
 pub mod seen;
 pub mod single;
 

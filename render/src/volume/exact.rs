@@ -26,6 +26,20 @@ struct Segment {
     step: Vec3,
     radius: f32,
     strand: u32,
+    point: u32,
+}
+
+/// Where a ray meets a fibre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance along the ray to the place nearest to the fibre's axis.
+    pub distance: f32,
+    /// The point of the strands before that place.
+    pub point: u32,
+    /// The place between that point (0) and the next (1).
+    pub fraction: f32,
+    /// The strand.
+    pub strand: u32,
 }
 
 impl SegmentGrid {
@@ -43,6 +57,7 @@ impl SegmentGrid {
                 step: strands.positions[i + 1] - strands.positions[i],
                 radius: 0.25 * (strands.diameters[i] + strands.diameters[i + 1]),
                 strand: strand as u32,
+                point: i as u32,
             })
             .collect();
 
@@ -104,7 +119,7 @@ impl SegmentGrid {
                 if !own
                     && segment
                         .crossed_at(origin, direction)
-                        .is_some_and(|t| t0 <= t && t < t1)
+                        .is_some_and(|(t, _)| t0 <= t && t < t1)
                 {
                     count += 1;
                     if count >= most {
@@ -115,6 +130,33 @@ impl SegmentGrid {
             true
         });
         count
+    }
+
+    /// The first fibre that the ray from `origin` along the unit vector `direction` meets, those of `own_strand` left out.
+    pub fn first(&self, origin: Vec3, direction: Vec3, own_strand: Option<u32>) -> Option<Hit> {
+        let mut nearest: Option<Hit> = None;
+        self.walk(origin, direction, |cell, t0, t1| {
+            let members = self.first[cell] as usize..self.first[cell + 1] as usize;
+            for &member in &self.members[members] {
+                let segment = &self.segments[member as usize];
+                if own_strand == Some(segment.strand) {
+                    continue;
+                }
+                if let Some((t, fraction)) = segment.crossed_at(origin, direction)
+                    && (t0..t1).contains(&t)
+                    && nearest.is_none_or(|hit| t < hit.distance)
+                {
+                    nearest = Some(Hit {
+                        distance: t,
+                        point: segment.point,
+                        fraction,
+                        strand: segment.strand,
+                    });
+                }
+            }
+            nearest.is_none()
+        });
+        nearest
     }
 
     /// True where no fibre but those of `own_strand` stops the ray.
@@ -165,8 +207,8 @@ impl SegmentGrid {
 }
 
 impl Segment {
-    /// Where along the ray it passes the axis, if it does within the fibre.
-    fn crossed_at(&self, origin: Vec3, direction: Vec3) -> Option<f32> {
+    /// Where along the ray and along the segment it passes the axis, if it does within the fibre.
+    fn crossed_at(&self, origin: Vec3, direction: Vec3) -> Option<(f32, f32)> {
         let to_start = self.start - origin;
         let normal = direction.cross(self.step);
         let sine2 = normal.length_squared();
@@ -176,7 +218,7 @@ impl Segment {
         }
         let s = to_start.cross(direction).dot(normal) / sine2;
         let t = to_start.cross(self.step).dot(normal) / sine2;
-        (t > 0.0 && (0.0..1.0).contains(&s)).then_some(t)
+        (t > 0.0 && (0.0..1.0).contains(&s)).then_some((t, s))
     }
 }
 
@@ -212,6 +254,10 @@ mod tests {
             grid.crossings(Vec3::new(4.5, 0.1, 0.3), Vec3::X, None, u32::MAX),
             5
         );
+        let hit = grid.first(Vec3::new(4.5, 0.1, 0.3), Vec3::X, None).unwrap();
+        assert_eq!((hit.strand, hit.point), (5, 10));
+        assert!((hit.distance - 0.5).abs() < 1e-6 && (hit.fraction - 0.53).abs() < 1e-6);
+        assert_eq!(grid.first(Vec3::new(4.5, 0.1, 0.3), Vec3::Y, None), None);
         assert_eq!(
             grid.crossings(Vec3::new(4.0, 0.0, 0.3), Vec3::NEG_X, Some(4), u32::MAX),
             4

@@ -14,7 +14,7 @@ mod occluder;
 mod strands;
 
 pub use density::{DensityVolume, EMPTY_BRICK, SOLID_BRICK, Share, VolumeSettings};
-pub use exact::SegmentGrid;
+pub use exact::{Hit, SegmentGrid};
 pub use grid::{BRICK_SIDE, BRICK_VOXELS, Grid};
 pub use occluder::Occluder;
 pub use strands::Strands;
