@@ -22,6 +22,7 @@ pub(super) struct Palette {
 }
 
 /// What the palette was asked for.
+#[derive(Clone, Copy)]
 enum Asked {
     Run(Command),
     /// Waits for new keys.
