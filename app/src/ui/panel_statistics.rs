@@ -30,7 +30,8 @@ impl Editor {
             let [width, height] = shown.texture.size();
             let state = if shown.is_draft { "draft" } else { "refined" };
             let mut rows = vec![
-                ("Size".to_owned(), format!("{width} x {height}, {state}")),
+                ("Size".to_owned(), format!("{width} x {height}")),
+                ("State".to_owned(), state.to_owned()),
                 ("All of it".to_owned(), format!("{:.1} ms", shown.milliseconds)),
             ];
             let passes = shown.report.passes.iter();
