@@ -5,8 +5,8 @@ use std::{path::PathBuf, sync::Arc};
 use balayage::{
     document::{Blend, Document, Edit, GroomReference, HairSettings, Layer, Project},
     paint::{
-        Dab, DirtyRanges, Extra, Falloff, Mode, Operation, OperationId, Reach, StrandIndex, StrokeFile,
-        StrokeValue,
+        Dab, DirtyRanges, Extra, Falloff, Mode, Nearest, Operation, OperationId, Reach, StrandIndex,
+        StrokeFile, StrokeValue,
     },
 };
 use balayage_render::{
@@ -31,7 +31,7 @@ pub fn tuft() -> Arc<Groom> {
     Arc::new(Groom::from_strands(strands, 0.008, 0.01).unwrap().0)
 }
 
-fn document_with(layers: Vec<Layer>) -> Document {
+pub fn document_with(layers: Vec<Layer>) -> Document {
     let mut project = Project::new(GroomReference {
         path: "tuft.hair".into(),
         ..Default::default()
@@ -40,11 +40,11 @@ fn document_with(layers: Vec<Layer>) -> Document {
     Document::new(tuft(), project, PathBuf::new()).unwrap()
 }
 
-fn document() -> Document {
+pub fn document() -> Document {
     document_with(vec![Layer::new("paint", "Paint"), Layer::new("top", "Top")])
 }
 
-fn dab_at(groom: &Groom, strand: usize, point: usize) -> Dab {
+pub fn dab_at(groom: &Groom, strand: usize, point: usize) -> Dab {
     let range = groom.strand(strand);
     Dab {
         root: groom.positions()[range.start].into(),
@@ -55,7 +55,7 @@ fn dab_at(groom: &Groom, strand: usize, point: usize) -> Dab {
     }
 }
 
-fn operation(channel: Channel, mode: Mode, value: StrokeValue, dabs: Vec<Dab>) -> Operation {
+pub fn operation(channel: Channel, mode: Mode, value: StrokeValue, dabs: Vec<Dab>) -> Operation {
     Operation {
         id: OperationId::Number(1),
         layer: "paint".into(),
@@ -67,6 +67,7 @@ fn operation(channel: Channel, mode: Mode, value: StrokeValue, dabs: Vec<Dab>) -
         hardness: 0.3,
         falloff: Falloff::Smooth,
         reach: Reach::Surface,
+        nearest: Nearest::Point,
         arc_reach: None,
         arc_range: None,
         shape: None,
@@ -110,16 +111,17 @@ fn random_operation(rng: &mut Pcg64Mcg, groom: &Groom, id: u64) -> Operation {
         hardness: rng.random_range(0.0..1.0),
         falloff: [Falloff::Smooth, Falloff::Linear, Falloff::Constant][rng.random_range(0..3)],
         reach: [Reach::Surface, Reach::Through, Reach::Strand][rng.random_range(0..3)],
+        nearest: [Nearest::Point, Nearest::Place][rng.random_range(0..2)],
         arc_reach: rng.random_bool(0.5).then(|| rng.random_range(0.05..1.0)),
         ..operation(channel, mode, value, dabs)
     }
 }
 
-fn bits(params: &[VertexParams]) -> Vec<u32> {
+pub fn bits(params: &[VertexParams]) -> Vec<u32> {
     bytemuck::cast_slice(params).to_vec()
 }
 
-fn replayed(document: &Document) -> Document {
+pub fn replayed(document: &Document) -> Document {
     Document::new(
         document.groom().clone(),
         document.project().clone(),

@@ -7,7 +7,8 @@ use std::{fs, path::Path};
 use balayage::{
     document::{CameraPose, Document, Environment, GroomReference, HeadReference, Layer, Project, json},
     paint::{
-        Dab, Extra, Falloff, Mode, Operation, OperationId, Reach, STROKE_VERSION, StrokeFile, StrokeValue,
+        Dab, Extra, Falloff, Mode, Nearest, Operation, OperationId, Reach, STROKE_VERSION, StrokeFile,
+        StrokeValue,
     },
 };
 use balayage_render::{
@@ -70,6 +71,7 @@ fn stroke(
         hardness: 0.2,
         falloff: Falloff::Smooth,
         reach: Reach::Surface,
+        nearest: Nearest::Point,
         arc_reach: None,
         arc_range: None,
         shape: None,

@@ -21,6 +21,7 @@ mod optics;
 mod optics_probe;
 mod optics_reference;
 mod painting;
+mod painting_cost;
 mod parity;
 mod pathtraced;
 mod project;

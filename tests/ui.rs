@@ -5,6 +5,7 @@
 mod ui_light;
 mod ui_safety;
 mod ui_session;
+mod ui_tools;
 
 use std::{
     fs,

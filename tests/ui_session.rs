@@ -22,6 +22,8 @@ fn check_invariants(harness: &Harness<'_, Editor>, after: &str) {
         open.values().iter().all(|v| v.out_of_range().is_none()),
         "{after}"
     );
+    let params: &[f32] = bytemuck::cast_slice(open.params());
+    assert!(params.iter().all(|x| x.is_finite()), "{after}: not finite");
 }
 
 /// Clicks the last control of that name, wherever it is scrolled to.
@@ -171,6 +173,10 @@ fn a_colourists_session() {
     harness.step();
     assert!(bits(&harness) == before_mask, "picking paints nothing");
 
+    // Whatever was painted has been taken by the picture.
+    rest(&mut harness);
+    assert_eq!(harness.state().points_to_draw(), 0);
+
     // Save, reopen: the same document, the same picture, and the same without a window.
     press(&mut harness, Modifiers::COMMAND, Key::S);
     assert!(
@@ -199,6 +205,34 @@ fn a_colourists_session() {
     let replayed = Document::open(&path, None).unwrap().document;
     assert!(bytemuck::cast_slice::<_, u32>(replayed.params()) == before_mask);
     assert_eq!(document(&harness).project().operations.len(), 5);
+
+    // Rendered without a window it has the same view of the same hair, and the paint shows in it.
+    let render = |project: &std::path::Path, name: &str| {
+        let out = folder.path().join(name);
+        let (project, out) = (project.to_str().unwrap(), out.to_str().unwrap());
+        let args = [
+            "balayage",
+            "render",
+            project,
+            "-o",
+            out,
+            "--size",
+            "128x96",
+            "--samples",
+            "1",
+        ];
+        let mut said = Vec::new();
+        let code = balayage::cli::run(args, &mut Vec::new(), &mut said);
+        assert_eq!(code, 0, "{}", String::from_utf8_lossy(&said));
+        image::open(out).unwrap().to_rgba8().into_raw()
+    };
+    let mut bare = saved;
+    bare.operations.clear();
+    bare.layers.truncate(1);
+    let bare_path = folder.path().join("bare.json");
+    std::fs::write(&bare_path, balayage::document::json::to_text(&bare).unwrap()).unwrap();
+    let (dyed, plain) = (render(&path, "dyed.png"), render(&bare_path, "plain.png"));
+    assert!(dyed == render(&path, "again.png") && dyed != plain);
 }
 
 /// Every control of the painter has a name in the accessibility tree, and does what it says.

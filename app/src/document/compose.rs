@@ -74,10 +74,11 @@ pub(super) fn compose<'a>(
     for (layer, state) in layers.filter(|(layer, _)| layer.visible) {
         let share = layer.opacity * state.weight(point);
         for (channel, maps) in state.maps.channels() {
+            let blend = layer.blend_of(channel);
             let width = channel.components();
             let mut value = values.get(channel);
             for (x, map) in value.iter_mut().zip(&maps[point * width..(point + 1) * width]) {
-                *x = blended(*x, *map, layer.blend, share);
+                *x = blended(*x, *map, blend, share);
             }
             values.set(channel, value);
         }

@@ -5,8 +5,12 @@ use balayage_render::param::Channel;
 use super::project::{Dye, HairSettings, HeadReference, Layer, LightSettings};
 use crate::paint::{ChannelMaps, Operation, TouchedMaps};
 
-/// Memory that the history may keep for undoing at once; what is older is undone by replay.
+/// Memory that the history may take.
 pub const DEFAULT_HISTORY_BYTES: usize = 256 << 20;
+
+/// Memory that the steps themselves may take whatever the limit, without what is kept for undoing at once: the newest
+/// hundreds of steps of usual work.
+pub const LEAST_HISTORY_BYTES: usize = 1 << 20;
 
 /// One thing that was done; what it holds is swapped with the document when it is undone or redone.
 pub(super) enum Step {
@@ -56,12 +60,31 @@ pub(super) struct SavedMaps {
 }
 
 impl Step {
-    /// Memory that could be given up, in bytes.
+    /// Memory that could be given up, in bytes: undoing would take a replay.
     fn spare_bytes(&self) -> usize {
         match self {
             Self::Stroke { before, .. } => before.as_ref().map_or(0, TouchedMaps::bytes),
             Self::Operations(splice) => splice.maps.iter().flatten().map(|saved| saved.maps.bytes()).sum(),
             _ => 0,
+        }
+    }
+
+    /// Memory that the step cannot do without, in bytes. Texts and unknown fields of settings are not counted: they are small beside
+    /// operations.
+    fn own_bytes(&self) -> usize {
+        let of = |operations: &[Operation]| operations.iter().map(Operation::bytes).sum::<usize>();
+        match self {
+            Self::Stroke { operation, .. } => operation.as_ref().map_or(0, |operation| operation.bytes()),
+            Self::Operations(splice) => of(&splice.other),
+            Self::Layers { layers, detached } => {
+                let detached = detached.iter().map(|(_, operation)| operation.bytes());
+                size_of_val(layers.as_slice()) + detached.sum::<usize>()
+            }
+            Self::Paint { layers, operations } => size_of_val(layers.as_slice()) + of(operations),
+            Self::Hair(_) => size_of::<HairSettings>(),
+            Self::Light(light) => size_of::<LightSettings>() + size_of_val(light.hand.as_slice()),
+            Self::Head(_) => 0,
+            Self::Dyes(dyes) => size_of_val(dyes.as_slice()),
         }
     }
 
@@ -97,11 +120,20 @@ pub(super) struct Entry {
     pub(super) step: Step,
 }
 
+impl Entry {
+    /// Memory without what could be given up, in bytes.
+    fn own_bytes(&self) -> usize {
+        size_of::<Self>() + self.label.len() + self.step.own_bytes()
+    }
+}
+
 /// The entries that can be undone and redone.
 pub(super) struct History {
     pub(super) undo: Vec<Entry>,
     pub(super) redo: Vec<Entry>,
     next_id: u64,
+    /// The number of the newest step that was forgotten.
+    forgotten: u64,
     max_bytes: usize,
 }
 
@@ -111,6 +143,7 @@ impl History {
             undo: Vec::new(),
             redo: Vec::new(),
             next_id: 1,
+            forgotten: 0,
             max_bytes: DEFAULT_HISTORY_BYTES,
         }
     }
@@ -138,9 +171,9 @@ impl History {
         }
     }
 
-    /// The number of the newest entry; 0 where nothing was done.
+    /// The number of the newest step that is done; 0 where nothing was.
     pub(super) fn state(&self) -> u64 {
-        self.undo.last().map_or(0, |entry| entry.id)
+        self.undo.last().map_or(self.forgotten, |entry| entry.id)
     }
 
     pub(super) fn max_bytes(&self) -> usize {
@@ -152,15 +185,37 @@ impl History {
         self.trim();
     }
 
-    /// Memory kept for undoing and redoing at once, in bytes.
+    /// Memory of all steps, in bytes.
     pub(super) fn bytes(&self) -> usize {
         let entries = self.undo.iter().chain(&self.redo);
-        entries.map(|entry| entry.step.spare_bytes()).sum()
+        entries
+            .map(|entry| entry.own_bytes() + entry.step.spare_bytes())
+            .sum()
     }
 
-    /// Forgets the kept maps of the oldest entries until the limit holds.
+    /// Brings the memory below the limit: steps that are furthest from now are forgotten altogether where they alone exceed it, then the kept
+    /// maps of the furthest that are left.
     pub(super) fn trim(&mut self) {
-        let mut left = self.max_bytes;
+        let own = |entries: &[Entry]| entries.iter().map(Entry::own_bytes).sum::<usize>();
+        let most = self.max_bytes.max(LEAST_HISTORY_BYTES);
+        let mut kept = own(&self.undo) + own(&self.redo);
+        let mut forgotten = 0;
+        while kept > most && forgotten < self.undo.len() {
+            kept -= self.undo[forgotten].own_bytes();
+            forgotten += 1;
+        }
+        if let Some(newest) = self.undo.drain(..forgotten).next_back() {
+            self.forgotten = newest.id;
+        }
+        // What is undone first is redone last.
+        let mut forgotten = 0;
+        while kept > most && forgotten < self.redo.len() {
+            kept -= self.redo[forgotten].own_bytes();
+            forgotten += 1;
+        }
+        self.redo.drain(..forgotten);
+
+        let mut left = self.max_bytes.saturating_sub(kept);
         let newest_first = self.redo.iter_mut().rev().chain(self.undo.iter_mut().rev());
         for entry in newest_first {
             match entry.step.spare_bytes() {

@@ -106,7 +106,9 @@ impl Document {
         for layer in [upper, below] {
             let masked =
                 !layer.mask.is_open() || self.operations_of(&layer.id).any(|o| o.channel == Channel::Mask);
-            if layer.blend != Blend::Replace || masked || !layer.visible || layer.ratios.is_some() {
+            let blends = layer.channel_blends.values().chain([&layer.blend]);
+            let blended = blends.into_iter().any(|blend| *blend != Blend::Replace);
+            if blended || masked || !layer.visible || layer.ratios.is_some() {
                 let reason = format!(
                     "layer {} is hidden, masked, blended or has lobe ratios of its own",
                     layer.name

@@ -31,7 +31,7 @@ mod sequence;
 mod stroking;
 mod user_state;
 
-use std::{path::PathBuf, sync::Arc};
+use std::{path::PathBuf, sync::Arc, time::Instant};
 
 use balayage_render::{
     groom::{Groom, PaintedValues},
@@ -45,7 +45,7 @@ pub use check::check_camera;
 pub(crate) use check::check_hair;
 pub use edit::{Changes, Edit};
 pub use hand_light::{HandLight, LightId, ListedLight, MAX_HAND_LIGHTS};
-pub use history::DEFAULT_HISTORY_BYTES;
+pub use history::{DEFAULT_HISTORY_BYTES, LEAST_HISTORY_BYTES};
 pub use lighting::{FitReport, Lighting, map_warnings};
 pub use lock::{Holder, LockError, ProjectLock};
 pub use open::{MAX_PROJECT_BYTES, Opened};
@@ -62,7 +62,7 @@ pub use user_state::{MAX_BACKUPS, UserState};
 
 use crate::{
     Problem,
-    paint::{DirtyRanges, LayerMaps, LiveStroke, Operation, OperationId, StrandIndex},
+    paint::{DirtyRanges, LayerMaps, LiveStroke, Operation, OperationId, PaintWork, StrandIndex},
 };
 use compose::LayerState;
 use history::History;
@@ -97,7 +97,11 @@ pub struct Document {
     live: Option<(usize, LiveStroke)>,
     /// What comes before the operation that is being adjusted.
     prefix: Option<Prefix>,
+    work: PaintWork,
 }
+
+/// Points that one thread composites alone.
+const ALONE: usize = 4096;
 
 impl Document {
     /// The document of `project` on `groom`; the project's paths count from `folder`.
@@ -124,6 +128,7 @@ impl Document {
             is_restored: false,
             live: None,
             prefix: None,
+            work: PaintWork::default(),
         };
         document.rebuild_layers();
         let count = document.groom().point_count();
@@ -264,7 +269,13 @@ impl Document {
         used.max().unwrap_or(0).saturating_add(1)
     }
 
-    /// Limits the memory that strokes keep for quick undo, in bytes.
+    /// What painting cost since the newest stroke was begun.
+    pub fn paint_work(&self) -> PaintWork {
+        self.work
+    }
+
+    /// Limits the memory of the history, in bytes; the steps themselves may always take [`LEAST_HISTORY_BYTES`]. What does not fit is undone by
+    /// painting everything again, or no longer.
     pub fn set_history_bytes(&mut self, max_bytes: usize) {
         self.history.set_max_bytes(max_bytes);
     }
@@ -274,7 +285,7 @@ impl Document {
         self.history.max_bytes()
     }
 
-    /// Memory that the history keeps for undoing and redoing at once, in bytes.
+    /// Memory of the history, in bytes.
     pub fn history_bytes(&self) -> usize {
         self.history.bytes()
     }
@@ -335,32 +346,38 @@ impl Document {
     fn recompose(&mut self, dirty: &DirtyRanges) -> DirtyRanges {
         let hair = &self.project.hair;
         let (layers, maps, brought) = (&self.project.layers, &self.layers, &self.brought);
-        let composed = |point: u32| {
-            let p = point as usize;
+        let composed = |point: &u32| {
+            let point = *point as usize;
             let (base, ratios) = match brought {
-                Some((values, ratios)) => (&values[p], &ratios[p]),
+                Some((values, ratios)) => (&values[point], &ratios[point]),
                 None => (&hair.base.known, &hair.ratios.known),
             };
-            let (values, ratios) = compose::compose(base, ratios, layers.iter().zip(maps), p);
+            let (values, ratios) = compose::compose(base, ratios, layers.iter().zip(maps), point);
             (values, values.vertex_params(hair.pigments, &ratios))
         };
+        let start = Instant::now();
+        let points: Vec<u32> = dirty.points().collect();
+        // Waking other threads takes longer than a dab.
+        let new: Vec<_> = if points.len() < ALONE {
+            points.iter().map(composed).collect()
+        } else {
+            points.par_iter().with_min_len(1024).map(composed).collect()
+        };
         let mut changed = Vec::new();
-        for range in dirty.ranges() {
-            let new: Vec<_> = range
-                .clone()
-                .into_par_iter()
-                .with_min_len(1024)
-                .map(composed)
-                .collect();
-            for (point, (values, params)) in range.clone().zip(new) {
-                let p = point as usize;
-                if self.values[p] != values || self.params[p] != params {
-                    self.values[p] = values;
-                    self.params[p] = params;
-                    changed.push(point);
-                }
+        for (point, (values, params)) in points.iter().zip(new) {
+            let p = *point as usize;
+            if self.values[p] != values || self.params[p] != params {
+                self.values[p] = values;
+                self.params[p] = params;
+                changed.push(*point);
             }
         }
+        self.work += PaintWork {
+            composed: points.len() as u64,
+            changed: changed.len() as u64,
+            compose: start.elapsed(),
+            ..PaintWork::default()
+        };
         DirtyRanges::of_points(changed)
     }
 }

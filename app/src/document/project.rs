@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use balayage_render::{
     gpu::{Model, Scheme},
     groom::ReadOptions,
-    param::{LobeRatios, PigmentSet, PointValues},
+    param::{Channel, LobeRatios, PigmentSet, PointValues},
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -250,6 +250,9 @@ pub struct Layer {
     /// How its paint meets what lies below.
     #[serde(default)]
     pub blend: Blend,
+    /// Blends of single channels, where they differ from the layer's.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub channel_blends: BTreeMap<Channel, Blend>,
     /// Where it shows.
     #[serde(default, skip_serializing_if = "Mask::is_open")]
     pub mask: Mask,
@@ -321,6 +324,11 @@ fn one() -> f32 {
 }
 
 impl Layer {
+    /// How the paint of a channel meets what lies below.
+    pub fn blend_of(&self, channel: Channel) -> Blend {
+        self.channel_blends.get(&channel).copied().unwrap_or(self.blend)
+    }
+
     /// A visible, opaque layer that replaces what lies below.
     pub fn new(id: impl Into<String>, name: impl Into<String>) -> Self {
         Self {
@@ -329,6 +337,7 @@ impl Layer {
             visible: true,
             opacity: 1.0,
             blend: Blend::Replace,
+            channel_blends: BTreeMap::new(),
             mask: Mask::default(),
             ratios: None,
             extra: Extra::new(),

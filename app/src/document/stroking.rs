@@ -3,7 +3,7 @@
 use super::{Document, history::Step};
 use crate::{
     Problem,
-    paint::{Dab, DirtyRanges, Operation, TouchedMaps, check_dabs},
+    paint::{Dab, DirtyRanges, Operation, PaintWork, TouchedMaps, check_dabs},
 };
 
 impl Document {
@@ -26,6 +26,7 @@ impl Document {
             dabs: Vec::new(),
             ..operation
         };
+        self.work = PaintWork::default();
         self.live = Some((layer, self.layers[layer].maps.begin(&self.index, dabs_later)));
         Ok(())
     }
@@ -40,6 +41,7 @@ impl Document {
         };
         let channel = live.operation().channel;
         let dirty = check_dabs(&dabs).map(|()| self.layers[layer].maps.extend(&self.index, &mut live, dabs));
+        self.work += live.take_work();
         self.live = Some((layer, live));
         dirty.map(|dirty| self.repainted(layer, channel, &dirty))
     }

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Dab, Falloff, Operation, Reach, Shape, StrandIndex};
+use super::{Dab, Falloff, Nearest, Operation, Reach, Shape, StrandIndex};
 
 /// Coverage of a dab at `x` radii from its centre: 1 in the hard core, 0 from the rim outwards.
 pub fn profile(falloff: Falloff, hardness: f32, x: f32) -> f32 {
@@ -27,6 +27,7 @@ pub fn profile(falloff: Falloff, hardness: f32, x: f32) -> f32 {
 pub struct Coverage {
     of_point: Vec<f32>,
     touched: Vec<u32>,
+    measured: u64,
 }
 
 impl Coverage {
@@ -35,6 +36,7 @@ impl Coverage {
         Self {
             of_point: vec![0.0; point_count],
             touched: Vec::new(),
+            measured: 0,
         }
     }
 
@@ -46,6 +48,11 @@ impl Coverage {
     /// The points with coverage, in the order in which they were touched first.
     pub fn touched(&self) -> &[u32] {
         &self.touched
+    }
+
+    /// Points that dabs were held against so far.
+    pub fn measured(&self) -> u64 {
+        self.measured
     }
 
     /// Forgets the stroke in time linear in the touched points.
@@ -75,7 +82,8 @@ impl Coverage {
                     raised.push(point);
                 }
             };
-            for_each_covered(index, operation, dab, |point, share| raise(point, full * share));
+            self.measured +=
+                for_each_covered(index, operation, dab, |point, share| raise(point, full * share));
         }
         raised.sort_unstable();
         raised.dedup();
@@ -118,20 +126,38 @@ pub fn of_operation(index: &StrandIndex, operation: &Operation, scratch: &mut Co
     covered
 }
 
-/// Calls `visit(point, coverage)` for every point that `dab` reaches, at full strength.
-fn for_each_covered(index: &StrandIndex, operation: &Operation, dab: &Dab, mut visit: impl FnMut(u32, f32)) {
+/// Calls `visit(point, coverage)` for every point that `dab` reaches, at full strength; returns how many points were looked at.
+fn for_each_covered(
+    index: &StrandIndex,
+    operation: &Operation,
+    dab: &Dab,
+    mut visit: impl FnMut(u32, f32),
+) -> u64 {
     let radius = operation.radius_m / index.groom().metres_per_unit();
     let across = |distance: f32| profile(operation.falloff, operation.hardness, distance / radius);
     let position = Vec3::from(dab.position);
     if operation.reach != Reach::Strand {
-        index.for_each_near(position, radius, |point, distance| visit(point, across(distance)));
-        return;
+        return index.for_each_near(position, radius, |point, distance| visit(point, across(distance)));
     }
 
-    // A strand is covered by its nearest point; along it coverage falls off towards both ends of the stretch.
+    // A strand is covered by its nearest place, wherever its points lie: one end of that segment is no further than half of it. Strokes of
+    // before counted from its points. Along the strand coverage falls off towards both ends of the stretch.
     let mut strands: Vec<(u32, f32)> = Vec::new();
-    index.for_each_near(position, radius, |point, distance| {
-        strands.push((index.strand_of(point), across(distance)));
+    let by_place = operation.nearest == Nearest::Place;
+    let reach = if by_place {
+        radius + 0.5 * index.longest_segment()
+    } else {
+        radius
+    };
+    let measured = index.for_each_near(position, reach, |point, to_point| {
+        let distance = if by_place {
+            index.distance_to_strand(point, position)
+        } else {
+            to_point
+        };
+        if distance < radius {
+            strands.push((index.strand_of(point), across(distance)));
+        }
     });
     strands.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
     strands.dedup_by_key(|(strand, _)| *strand);
@@ -148,6 +174,7 @@ fn for_each_covered(index: &StrandIndex, operation: &Operation, dab: &Dab, mut v
             visit(point as u32, share * along);
         }
     }
+    measured
 }
 
 /// Coverage at `arc` of a stretch between two arcs: it falls towards both ends, but not at a root or a tip that it includes.

@@ -1,13 +1,15 @@
 //! What the strokes of one layer amount to: an affine map per point and component of every painted channel.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, time::Instant};
 
 use balayage_render::param::Channel;
 use rayon::prelude::*;
 
 use glam::Vec3;
 
-use super::{Affine, Coverage, Dab, DirtyRanges, Mode, Operation, StrandIndex, coverage::of_operation};
+use super::{
+    Affine, Coverage, Dab, DirtyRanges, Mode, Operation, PaintWork, StrandIndex, coverage::of_operation,
+};
 
 /// The maps of one layer; a channel that was never painted takes no memory.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -54,6 +56,7 @@ pub struct LiveStroke {
     before: TouchedMaps,
     /// Index into `before.points` of every point, `u32::MAX` where it is untouched.
     slot_of: Vec<u32>,
+    work: PaintWork,
 }
 
 impl LayerMaps {
@@ -121,14 +124,21 @@ impl LayerMaps {
             operation,
             coverage: Coverage::new(point_count),
             slot_of: vec![u32::MAX; point_count],
+            work: PaintWork::default(),
         }
     }
 
     /// Adds dabs to a stroke; returns the points whose maps changed.
     pub fn extend(&mut self, index: &StrandIndex, stroke: &mut LiveStroke, dabs: Vec<Dab>) -> DirtyRanges {
         let channel = stroke.operation.channel;
+        let start = Instant::now();
+        let measured = stroke.coverage.measured();
         let raised = stroke.coverage.add_dabs(index, &stroke.operation, &dabs);
         stroke.operation.dabs.extend(dabs);
+        stroke.work.measured += stroke.coverage.measured() - measured;
+        stroke.work.blended += raised.len() as u64;
+        let found = Instant::now();
+        stroke.work.query += found - start;
 
         // Every point is blended from its map before the stroke, which is kept when the stroke first touches it.
         let maps = self.maps_mut(index, channel);
@@ -149,6 +159,7 @@ impl LayerMaps {
             coverage,
             before,
             slot_of,
+            ..
         } = &*stroke;
         let blended: Vec<[Affine; 3]> = raised
             .iter()
@@ -164,6 +175,7 @@ impl LayerMaps {
         for (point, new) in raised.iter().zip(&blended) {
             maps_of_mut(maps, *point as usize, width).copy_from_slice(&new[..width]);
         }
+        stroke.work.blend += found.elapsed();
         DirtyRanges::of_points(raised)
     }
 
@@ -205,6 +217,11 @@ impl LiveStroke {
     /// The operation with all dabs so far, and the maps that its points had before it.
     pub fn finish(self) -> (Operation, TouchedMaps) {
         (self.operation, self.before)
+    }
+
+    /// What the dabs cost since the last call.
+    pub fn take_work(&mut self) -> PaintWork {
+        std::mem::take(&mut self.work)
     }
 
     /// The operation with all dabs so far.

@@ -16,6 +16,7 @@ mod salon;
 mod scalp;
 mod strand_index;
 mod stroke;
+mod work;
 
 pub use affine::Affine;
 pub use coverage::{Coverage, profile};
@@ -28,6 +29,8 @@ pub use salon::{Balayage, Fill, Foils, Gradient, Grey, Parting, Regrowth, Shape,
 pub use scalp::{Outline, Section, StrandFacts};
 pub use strand_index::StrandIndex;
 pub use stroke::{
-    Dab, Extra, Falloff, Mode, Operation, OperationId, Reach, STROKE_VERSION, StrokeFile, StrokeValue,
+    Dab, Extra, Falloff, Mode, Nearest, Operation, OperationId, Reach, STROKE_VERSION, StrokeFile,
+    StrokeValue,
 };
 pub(crate) use stroke::{check_dabs, check_operations};
+pub use work::PaintWork;

@@ -12,6 +12,7 @@ pub struct StrandIndex {
     groom: Arc<Groom>,
     strand_of: Vec<u32>,
     along: Vec<f32>,
+    longest_segment: f32,
     arc: Vec<f32>,
     origin: Vec3,
     cell: f32,
@@ -38,6 +39,10 @@ impl StrandIndex {
             }
         }
 
+        let longest_segment = (1..positions.len())
+            .map(|p| along[p] - along[p - 1])
+            .fold(0.0, f32::max);
+
         // Cells are cubes; a flat or thin bounding box counts with at least a hundredth of its longest side.
         let (low, high) = positions
             .iter()
@@ -60,6 +65,7 @@ impl StrandIndex {
         let mut index = Self {
             strand_of,
             along,
+            longest_segment,
             arc: shared.arc(),
             origin: low,
             cell,
@@ -111,6 +117,27 @@ impl StrandIndex {
         self.along(point) * 1000.0 * self.groom.metres_per_unit()
     }
 
+    /// Greatest distance between two neighbouring points of a strand.
+    pub fn longest_segment(&self) -> f32 {
+        self.longest_segment
+    }
+
+    /// Distance from `place` to the strand's segments that meet in `point`.
+    pub fn distance_to_strand(&self, point: u32, place: Vec3) -> f32 {
+        let p = point as usize;
+        let positions = self.groom.positions();
+        let strand = self.groom.strand(self.strand_of(point) as usize);
+        let to_segment = |a: usize, b: usize| {
+            let along = positions[b] - positions[a];
+            let from_a = place - positions[a];
+            let t = from_a.dot(along) / along.length_squared().max(f32::MIN_POSITIVE);
+            from_a.distance(t.clamp(0.0, 1.0) * along)
+        };
+        let before = if p > strand.start { p - 1 } else { p };
+        let after = if p + 1 < strand.end { p + 1 } else { p };
+        to_segment(before, p).min(to_segment(p, after))
+    }
+
     /// What operations and masks know of a strand.
     pub fn facts(&self, strand: usize) -> StrandFacts {
         let points = self.groom.strand(strand);
@@ -127,8 +154,9 @@ impl StrandIndex {
         self.cell
     }
 
-    /// Calls `visit(point, distance)` for every point nearer to `centre` than `radius`.
-    pub fn for_each_near(&self, centre: Vec3, radius: f32, mut visit: impl FnMut(u32, f32)) {
+    /// Calls `visit(point, distance)` for every point nearer to `centre` than `radius`; returns how many points were looked at.
+    pub fn for_each_near(&self, centre: Vec3, radius: f32, mut visit: impl FnMut(u32, f32)) -> u64 {
+        let mut measured = 0;
         let positions = self.groom.positions();
         let [low, high] = [centre - radius, centre + radius].map(|corner| self.cell_of(corner));
         for z in low[2]..=high[2] {
@@ -136,6 +164,7 @@ impl StrandIndex {
                 // The cells of a row are neighbours in memory.
                 let row = self.cell_index([low[0], y, z])..=self.cell_index([high[0], y, z]);
                 let points = self.cell_start[*row.start()] as usize..self.cell_start[*row.end() + 1] as usize;
+                measured += points.len() as u64;
                 for point in &self.cell_points[points] {
                     let distance = positions[*point as usize].distance(centre);
                     if distance < radius {
@@ -144,6 +173,7 @@ impl StrandIndex {
                 }
             }
         }
+        measured
     }
 
     /// The points of the same strand within `reach` along it, and at least the two next ones.

@@ -89,6 +89,9 @@ pub struct Operation {
     /// Which points round a dab it reaches.
     #[serde(default)]
     pub reach: Reach,
+    /// Reach strand: how near a strand is to a dab; absent in strokes of before, which stay as they were painted.
+    #[serde(default, skip_serializing_if = "Nearest::is_point")]
+    pub nearest: Nearest,
     /// Reach strand: half length of the painted stretch in root-to-tip coordinate; absent, the whole strand is painted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub arc_reach: Option<f32>,
@@ -169,6 +172,24 @@ pub enum Reach {
     Through,
     /// Every strand that meets the sphere, along its length.
     Strand,
+}
+
+/// What of a strand its distance to a dab counts from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Nearest {
+    /// Its nearest point: strands with few points are missed.
+    #[default]
+    Point,
+    /// The nearest place on its segments: the same strands whatever the number of points.
+    Place,
+}
+
+impl Nearest {
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks with a reference")]
+    fn is_point(&self) -> bool {
+        *self == Self::Point
+    }
 }
 
 /// A brush's value: one number, or three for dye (one number stands for three equal ones).
@@ -282,12 +303,18 @@ impl Operation {
             across: 0.0,
             falloff: Falloff::Smooth,
             reach: Reach::Surface,
+            nearest: Nearest::Place,
             arc_reach: None,
             arc_range: None,
             seed,
             dabs: Vec::new(),
             extra: Extra::new(),
         }
+    }
+
+    /// Memory in bytes; unknown fields and curves are not counted.
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() + self.layer.len() + size_of_val(self.dabs.as_slice())
     }
 
     /// What a person calls it.

@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 
 use crate::{
     document::Document,
-    paint::{Extra, Falloff, Mode, Operation, Reach, StrokeValue},
+    paint::{Extra, Falloff, Mode, Nearest, Operation, Reach, StrokeValue},
 };
 
 /// What a drag over the hair does.
@@ -136,6 +136,8 @@ pub struct Brush {
     pub mirror: bool,
     /// A pen's pressure scales the strength.
     pub uses_pressure: bool,
+    /// Stabiliser: length of the string that the brush hangs on behind the pointer, points of the screen; 0 is none.
+    pub string: f32,
 }
 
 impl Default for Brush {
@@ -158,6 +160,7 @@ impl Default for Brush {
             arc_range: [0.0, 1.0],
             mirror: false,
             uses_pressure: true,
+            string: 0.0,
         }
     }
 }
@@ -217,6 +220,7 @@ impl Brush {
             across: if mode == Mode::Smooth { self.across } else { 0.0 },
             falloff: self.falloff,
             reach: if combs { Reach::Strand } else { self.reach },
+            nearest: Nearest::Place,
             arc_reach: None,
             arc_range: combs.then_some([from.min(to), from.max(to)]),
             seed: 0,
@@ -246,6 +250,21 @@ impl StrokePath {
             last: at,
             carried: 0.0,
         }
+    }
+
+    /// Where the brush is.
+    pub fn place(&self) -> Vec2 {
+        self.last
+    }
+
+    /// Where a pointer at `pointer` pulls the brush on a string of that length (same unit): straight on once the string is tight.
+    pub fn pulled(&self, pointer: Vec2, string: f32) -> Vec2 {
+        let way = pointer - self.last;
+        let distance = way.length();
+        if distance <= string {
+            return self.last;
+        }
+        self.last + way * ((distance - string) / distance)
     }
 
     /// Goes straight on to `to`; returns where dabs belong, one every `step` (same unit, > 0).
@@ -282,6 +301,25 @@ mod tests {
             path.advance(end, 7.0).is_empty(),
             "a resting pointer makes no dabs"
         );
+    }
+
+    #[test]
+    fn the_stabiliser_smooths_a_trembling_hand() {
+        let string = 12.0;
+        let tremble = |i: usize| Vec2::new(2.0 * i as f32, if i.is_multiple_of(2) { 5.0 } else { -5.0 });
+        let swing = |string: f32| {
+            let mut path = StrokePath::new(Vec2::ZERO);
+            let places: Vec<Vec2> = (1..200)
+                .flat_map(|i| path.advance(path.pulled(tremble(i), string), 1.0))
+                .collect();
+            assert!(path.place().distance(tremble(199)) <= string + 1e-3);
+            let later = places.iter().filter(|place| place.x > 50.0);
+            later.map(|place| place.y.abs()).fold(0.0, f32::max)
+        };
+        assert!(swing(0.0) > 4.0 && swing(string) < 2.5, "{}", swing(string));
+        let path = StrokePath::new(Vec2::ZERO);
+        assert_eq!(path.pulled(Vec2::new(3.0, 4.0), 5.0), Vec2::ZERO);
+        assert_eq!(path.pulled(Vec2::new(6.0, 8.0), 5.0), Vec2::new(3.0, 4.0));
     }
 
     #[test]

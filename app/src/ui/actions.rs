@@ -1,14 +1,11 @@
-//! What commands do: undo, layers, file dialogs, the question about unsaved changes.
+//! Results of background work, file dialogs, what is dropped on the window, the question about unsaved changes.
 
 use std::path::PathBuf;
 
 use egui::{Context, ViewportCommand};
 
 use super::{Command, Editor, editor::Opening, job::Job, questions::Asking};
-use crate::{
-    document::{Document, Edit, Environment, Layer, relink::Role},
-    tool::{Tool, ViewCamera},
-};
+use crate::document::{Document, Environment, relink::Role};
 
 /// What an unsaved document holds up.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,136 +32,6 @@ pub(super) enum DialogAnswer {
 }
 
 impl Editor {
-    /// Whether `command` makes sense now.
-    pub(super) fn is_enabled(&self, command: Command) -> bool {
-        let document = self.document.as_ref();
-        match command {
-            Command::Undo => document.is_some_and(|document| document.undo_label().is_some()),
-            Command::Redo => document.is_some_and(|document| document.redo_label().is_some()),
-            Command::Open | Command::OpenSample => self.opening.is_none(),
-            Command::Quit => true,
-            Command::DeleteLight => self.selected_light().is_some(),
-            Command::SaveLights => self.lighting.is_some(),
-            Command::PlaySequence | Command::NextMap | Command::PreviousMap => self.sequence().is_some(),
-            Command::MergeDown => document.is_some_and(|document| {
-                document
-                    .project()
-                    .layers
-                    .first()
-                    .is_some_and(|layer| layer.id != self.layer)
-            }),
-            _ => document.is_some(),
-        }
-    }
-
-    /// Does `command`, where it makes sense.
-    pub fn run(&mut self, context: &Context, command: Command) {
-        if !self.is_enabled(command) {
-            return;
-        }
-        match command {
-            Command::Open => self.guarded(context, PendingAction::AskToOpen),
-            Command::OpenSample => self.guarded(context, PendingAction::OpenSample),
-            Command::Quit => self.guarded(context, PendingAction::Quit),
-            Command::Save => match self.document.as_ref().and_then(|document| document.path()) {
-                Some(path) => {
-                    let path = path.to_owned();
-                    self.save_to(context, &path);
-                }
-                None => self.ask_where_to_save(context),
-            },
-            Command::SaveAs => self.ask_where_to_save(context),
-            Command::Undo | Command::Redo => self.step_history(command == Command::Undo),
-            Command::FrameHair => {
-                self.camera = self
-                    .document
-                    .as_ref()
-                    .map(|document| ViewCamera::framing(document.groom().bounds(), self.aspect));
-            }
-            Command::BrushSmaller => self.brush.scale_radius(1.0 / 1.15),
-            Command::BrushLarger => self.brush.scale_radius(1.15),
-            Command::BrushWeaker => self.brush.add_strength(-0.05),
-            Command::BrushStronger => self.brush.add_strength(0.05),
-            Command::AddLayer => self.add_layer(),
-            Command::DuplicateLayer => self.duplicate_layer(),
-            Command::MergeDown => self.merge_down(),
-            Command::Eyedropper => self.tool = Tool::Eyedropper,
-            Command::OpenEnvironment => {
-                self.ask_for_file(
-                    context,
-                    "Environment maps",
-                    &["hdr", "exr"],
-                    DialogAnswer::Environment,
-                );
-            }
-            Command::OpenLights => self.ask_for_file(context, "Light lists", &["json"], DialogAnswer::Lights),
-            Command::OpenSequence => self.ask_for_sequence(context, false),
-            Command::OpenSequenceFolder => self.ask_for_sequence(context, true),
-            Command::PlaySequence => self.play_or_pause(),
-            Command::NextMap => self.step_sequence(1),
-            Command::PreviousMap => self.step_sequence(-1),
-            Command::SaveLights => self.ask_where_to_save_lights(context),
-            Command::DeleteLight => self.delete_selected_light(),
-        }
-    }
-
-    fn step_history(&mut self, back: bool) {
-        let Some(document) = &mut self.document else {
-            return;
-        };
-        let stepped = if back { document.undo() } else { document.redo() };
-        if let Some((label, changes)) = stepped {
-            self.say(format!("{}: {label}", if back { "Undone" } else { "Done again" }));
-            self.pass_on(&changes);
-        }
-    }
-
-    /// A number that no layer has in its id.
-    fn free_layer_number(&self) -> usize {
-        let layers = self
-            .document
-            .as_ref()
-            .map_or(&[][..], |document| &document.project().layers);
-        (1..)
-            .find(|n| layers.iter().all(|layer| layer.id != format!("layer-{n}")))
-            .unwrap_or(1)
-    }
-
-    fn duplicate_layer(&mut self) {
-        let id = format!("layer-{}", self.free_layer_number());
-        self.edit(Edit::DuplicateLayer(self.layer.clone(), id.clone()));
-        self.layer = id;
-    }
-
-    fn merge_down(&mut self) {
-        let Some(document) = &self.document else { return };
-        let layers = &document.project().layers;
-        let position = layers.iter().position(|layer| layer.id == self.layer);
-        let below = position
-            .and_then(|position| position.checked_sub(1))
-            .map(|below| layers[below].id.clone());
-        let merged = std::mem::replace(&mut self.layer, below.unwrap_or_default());
-        self.edit(Edit::MergeDown(merged.clone()));
-        // Where merging was refused the layer is still there.
-        let layers = self
-            .document
-            .as_ref()
-            .map_or(&[][..], |document| &document.project().layers);
-        if layers.iter().any(|layer| layer.id == merged) {
-            self.layer = merged;
-        }
-    }
-
-    fn add_layer(&mut self) {
-        let Some(document) = &self.document else { return };
-        let layers = &document.project().layers;
-        let number = self.free_layer_number();
-        let id = format!("layer-{number}");
-        let edit = Edit::AddLayer(Layer::new(&id, format!("Layer {number}")), layers.len());
-        self.edit(edit);
-        self.layer = id;
-    }
-
     /// Takes the results of background work.
     pub(super) fn take_results(&mut self, context: &Context) {
         if let Some(result) = self.opening.as_ref().and_then(Job::poll) {
@@ -240,7 +107,7 @@ impl Editor {
         }));
     }
 
-    fn ask_for_sequence(&mut self, context: &Context, is_folder: bool) {
+    pub(super) fn ask_for_sequence(&mut self, context: &Context, is_folder: bool) {
         let dialog = rfd::AsyncFileDialog::new().add_filter("Environment maps", &["hdr", "exr"]);
         self.dialog = Some(Job::start("Waiting for maps", context, move |_| {
             let files = if is_folder {
@@ -253,7 +120,7 @@ impl Editor {
         }));
     }
 
-    fn ask_where_to_save_lights(&mut self, context: &Context) {
+    pub(super) fn ask_where_to_save_lights(&mut self, context: &Context) {
         let dialog = rfd::AsyncFileDialog::new()
             .add_filter("Light lists", &["json"])
             .set_file_name("lights.json")

@@ -1,9 +1,11 @@
 //! What can be done by menu, button or key, in one table.
 
 use egui::{Key, KeyboardShortcut, Modifiers};
+use serde::{Deserialize, Serialize};
 
 /// A command of the editor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Command {
     /// Asks for a project or groom and opens it.
     Open,
@@ -55,13 +57,41 @@ pub enum Command {
     SaveLights,
     /// Deletes the chosen light.
     DeleteLight,
+    /// Opens the list of all commands.
+    Palette,
+    /// Chooses the tool that paints.
+    PaintTool,
+    /// Chooses the tool that paints along strands.
+    CombTool,
+    /// Chooses the eraser.
+    EraseTool,
+    /// Chooses the tool that smooths.
+    SmoothTool,
+    /// Chooses the tool that masks.
+    MaskTool,
+    /// Chooses the lasso.
+    LassoTool,
+    /// Keeps the present look to compare with.
+    TakeSnapshot,
+    /// Shows the earlier look beside the present one.
+    Compare,
+    /// Shows one term of scattering alone, then the next.
+    SoloNext,
+    /// Shows all terms.
+    AllLight,
+    /// Turns the view until a key or button is pressed.
+    Turntable,
+    /// Fills the screen, or leaves it.
+    FullScreen,
+    /// Hides tools and docks, or shows them.
+    HidePanels,
 }
 
 const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 
 impl Command {
     /// Every command.
-    pub const ALL: [Self; 25] = [
+    pub const ALL: [Self; 39] = [
         Self::Open,
         Self::OpenSample,
         Self::Save,
@@ -87,6 +117,20 @@ impl Command {
         Self::PreviousMap,
         Self::SaveLights,
         Self::DeleteLight,
+        Self::Palette,
+        Self::PaintTool,
+        Self::CombTool,
+        Self::EraseTool,
+        Self::SmoothTool,
+        Self::MaskTool,
+        Self::LassoTool,
+        Self::TakeSnapshot,
+        Self::Compare,
+        Self::SoloNext,
+        Self::AllLight,
+        Self::Turntable,
+        Self::FullScreen,
+        Self::HidePanels,
     ];
 
     /// What menus and tooltips call it.
@@ -117,6 +161,20 @@ impl Command {
             Self::PreviousMap => "Previous map",
             Self::SaveLights => "Save light list…",
             Self::DeleteLight => "Delete light",
+            Self::Palette => "All commands…",
+            Self::PaintTool => "Tool: Paint",
+            Self::CombTool => "Tool: Comb-dye",
+            Self::EraseTool => "Tool: Erase",
+            Self::SmoothTool => "Tool: Smooth",
+            Self::MaskTool => "Tool: Mask",
+            Self::LassoTool => "Tool: Lasso",
+            Self::TakeSnapshot => "Take snapshot",
+            Self::Compare => "Compare A|B",
+            Self::SoloNext => "Next term alone",
+            Self::AllLight => "All terms",
+            Self::Turntable => "Turntable",
+            Self::FullScreen => "Full screen",
+            Self::HidePanels => "Hide panels",
         }
     }
 
@@ -128,11 +186,26 @@ impl Command {
             Self::MergeDown => {
                 "Joins the chosen layer with the one below, where that changes nothing to be seen"
             }
+            Self::Palette => "Search, run and give keys to every command",
+            Self::TakeSnapshot => "Keeps the hair as it looks now, to compare with later",
+            Self::Compare => {
+                "The snapshot or the unpainted hair on the left, now on the right; drag the line between"
+            }
+            Self::SoloNext => "R, TT, TRT, D, L and U one after the other, then all",
+            Self::Turntable => "Turns the view; any key or button stops it",
+            Self::HidePanels => "Only the picture, or tools and docks again",
             _ => "",
         }
     }
 
-    /// Its keys; the first is the one that is shown.
+    /// What settings call it.
+    pub fn id(self) -> String {
+        let named = serde_json::to_value(self).ok();
+        let text = named.as_ref().and_then(serde_json::Value::as_str);
+        text.unwrap_or_default().to_owned()
+    }
+
+    /// Its usual keys; the first is the one that is shown.
     pub fn shortcuts(self) -> &'static [KeyboardShortcut] {
         const fn key(modifiers: Modifiers, key: Key) -> KeyboardShortcut {
             KeyboardShortcut::new(modifiers, key)
@@ -165,6 +238,20 @@ impl Command {
             }
             Self::Eyedropper => const { &[key(Modifiers::NONE, Key::C)] },
             Self::DeleteLight => const { &[key(Modifiers::NONE, Key::Delete)] },
+            Self::Palette => const { &[key(CTRL_SHIFT, Key::P), key(Modifiers::NONE, Key::F3)] },
+            Self::PaintTool => const { &[key(Modifiers::NONE, Key::Num1)] },
+            Self::CombTool => const { &[key(Modifiers::NONE, Key::Num2)] },
+            Self::EraseTool => const { &[key(Modifiers::NONE, Key::Num3)] },
+            Self::SmoothTool => const { &[key(Modifiers::NONE, Key::Num4)] },
+            Self::MaskTool => const { &[key(Modifiers::NONE, Key::Num5)] },
+            Self::LassoTool => const { &[key(Modifiers::NONE, Key::Num6)] },
+            Self::TakeSnapshot => const { &[key(CTRL_SHIFT, Key::B)] },
+            Self::Compare => const { &[key(Modifiers::COMMAND, Key::B)] },
+            Self::SoloNext => const { &[key(Modifiers::NONE, Key::L)] },
+            Self::AllLight => const { &[key(Modifiers::SHIFT, Key::L)] },
+            Self::Turntable => const { &[key(Modifiers::NONE, Key::T)] },
+            Self::FullScreen => const { &[key(Modifiers::NONE, Key::F11)] },
+            Self::HidePanels => const { &[key(Modifiers::NONE, Key::H)] },
             Self::OpenSample
             | Self::AddLayer
             | Self::DuplicateLayer
@@ -177,37 +264,6 @@ impl Command {
             | Self::NextMap
             | Self::PreviousMap
             | Self::SaveLights => &[],
-        }
-    }
-
-    /// The command whose key was pressed in this frame; longer shortcuts win.
-    pub(super) fn pressed(input: &mut egui::InputState) -> Option<Self> {
-        let mut keys: Vec<(KeyboardShortcut, Self)> = Self::ALL
-            .into_iter()
-            .flat_map(|command| command.shortcuts().iter().map(move |keys| (*keys, command)))
-            .collect();
-        keys.sort_by_key(|(keys, _)| {
-            std::cmp::Reverse(u8::from(keys.modifiers.shift) + u8::from(keys.modifiers.command))
-        });
-        keys.into_iter()
-            .find(|(keys, _)| input.consume_shortcut(keys))
-            .map(|(_, command)| command)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_two_commands_share_a_key() {
-        let keys: Vec<_> = Command::ALL
-            .into_iter()
-            .flat_map(|c| c.shortcuts().iter().map(move |k| (c, k)))
-            .collect();
-        for (i, (command, key)) in keys.iter().enumerate() {
-            let other = keys[..i].iter().find(|(_, k)| k == key);
-            assert!(other.is_none(), "{command:?} and {:?}", other.map(|(c, _)| c));
         }
     }
 }

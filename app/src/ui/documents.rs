@@ -88,6 +88,7 @@ impl Editor {
                 }
                 self.say(format!("Saved {}", path.display()));
                 self.remember_files();
+                self.remember(path);
                 if let Some(action) = self.after_save.take() {
                     self.proceed(context, action);
                 }
@@ -151,9 +152,13 @@ impl Editor {
         if self.messages.is_empty() {
             self.say("Drag over the hair to dye it. Alt+drag to look around.");
         }
-        let groom = document.groom_as_drawn();
+        let (groom, path) = (document.groom_as_drawn(), document.path().map(Path::to_owned));
+        self.compare.clear();
         self.document = Some(document);
         self.remember_files();
+        if let Some(path) = path {
+            self.remember(&path);
+        }
         self.fitted_for = None;
         match groom {
             Ok(groom) => self.send_scene(SceneInput { groom, head }),

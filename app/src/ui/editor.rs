@@ -10,19 +10,22 @@ use egui::{Context, Panel, TextureHandle, Ui};
 
 use super::{
     actions::{DialogAnswer, PendingAction},
-    command::Command,
+    compare::Compare,
     job::Job,
+    keymap::Keymap,
     lighting::{FitKey, Fitted},
+    palette::Palette,
     panel_dye::DyeState,
     panel_light::LightTab,
     questions::Asking,
+    settings::Settings,
     theme,
     viewer::{Frame, SceneInput, Viewer, ViewerEvent},
     viewport::Gesture,
 };
 use crate::{
     Problem,
-    document::{Answers, Changes, Document, Edit, Lighting, Opened, Question, Source, UserState},
+    document::{Answers, CameraPose, Document, Lighting, Opened, Question, Source, UserState},
     tool::{Brush, PickFrame, Tool, ViewCamera},
 };
 
@@ -60,7 +63,6 @@ pub(super) struct ViewOptions {
     pub(super) exposure_ev: f32,
     pub(super) terms: Terms,
     pub(super) show_background: bool,
-    pub(super) blender_keys: bool,
 }
 
 /// The tabs of the dock below the layers.
@@ -71,6 +73,7 @@ pub(super) enum Tab {
     Operations,
     Light,
     History,
+    Statistics,
 }
 
 /// The editor.
@@ -81,6 +84,15 @@ pub struct Editor {
     pub(super) fitted_for: Option<FitKey>,
     pub(super) context: Context,
     pub(super) viewer: Viewer,
+    /// What the viewer draws.
+    pub(super) scene: Option<SceneInput>,
+    pub(super) compare: Compare,
+    pub(super) settings: Settings,
+    pub(super) keymap: Keymap,
+    pub(super) palette: Option<Palette>,
+    /// The turntable runs.
+    pub(super) turns: bool,
+    pub(super) hides_panels: bool,
     pub(super) camera: Option<ViewCamera>,
     /// Width to height of the viewport.
     pub(super) aspect: f32,
@@ -145,6 +157,13 @@ impl Editor {
             fitted_for: None,
             context: context.clone(),
             viewer: Viewer::start(context),
+            scene: None,
+            compare: Compare::default(),
+            settings: Settings::of_session(),
+            keymap: Keymap::new(Default::default(), &Default::default()).0,
+            palette: None,
+            turns: false,
+            hides_panels: false,
             camera: None,
             aspect: 1.4,
             shown: None,
@@ -164,7 +183,6 @@ impl Editor {
                 exposure_ev: 0.0,
                 terms: Terms::ALL,
                 show_background: false,
-                blender_keys: false,
             },
             gesture: Gesture::None,
             slider: None,
@@ -210,6 +228,16 @@ impl Editor {
         self.opening.is_some() || self.fitting.is_some()
     }
 
+    /// Points that were painted and that no picture has taken yet.
+    pub fn points_to_draw(&self) -> usize {
+        self.viewer.waiting_points()
+    }
+
+    /// The view as a project keeps it.
+    pub fn camera_pose(&self) -> Option<CameraPose> {
+        self.camera.map(|camera| camera.pose())
+    }
+
     /// The newest message to the person.
     pub fn last_message(&self) -> Option<&str> {
         self.messages.last().map(|message| message.text.as_str())
@@ -238,87 +266,6 @@ impl Editor {
             text: problem.to_string(),
             is_error: true,
         });
-    }
-
-    /// Applies an edit and passes on what it changed.
-    pub(super) fn edit(&mut self, edit: Edit) {
-        let Some(document) = &mut self.document else {
-            return;
-        };
-        let result = document.apply(edit);
-        self.took(result);
-    }
-
-    /// Applies an edit of a slider; the changes of one drag are one history entry.
-    pub(super) fn edit_by(&mut self, response: &egui::Response, edit: Edit) {
-        let Some(document) = &mut self.document else {
-            return;
-        };
-        let continues = self.slider == Some(response.id);
-        let is_held = response
-            .ctx
-            .input(|input| input.pointer.any_down() || input.pointer.any_released());
-        self.slider = is_held.then_some(response.id);
-        let result = if continues {
-            document.apply_continuing(edit)
-        } else {
-            document.apply(edit)
-        };
-        self.took(result);
-    }
-
-    /// Applies an edit that goes on from the newest one where that was of the same kind, as typing does.
-    pub(super) fn edit_on(&mut self, edit: Edit) {
-        let Some(document) = &mut self.document else {
-            return;
-        };
-        let result = document.apply_continuing(edit);
-        self.took(result);
-    }
-
-    fn took(&mut self, result: Result<Changes, Problem>) {
-        match result {
-            Ok(changes) => self.pass_on(&changes),
-            Err(problem) => self.complain(&problem),
-        }
-    }
-
-    /// Tells the viewer what changed.
-    pub(super) fn pass_on(&mut self, changes: &Changes) {
-        let Some(document) = &self.document else { return };
-        self.viewer.set_params(document.params(), &changes.points);
-        if changes.light {
-            self.refresh_light();
-        }
-        if changes.head || changes.diameter {
-            self.refresh_scene();
-        }
-        let layers = &document_layers(self.document.as_ref());
-        if !layers.contains(&self.layer) {
-            self.layer = layers.last().cloned().unwrap_or_default();
-        }
-    }
-
-    /// Sends groom, head and all parameters.
-    pub(super) fn refresh_scene(&mut self) {
-        let Some(document) = &self.document else { return };
-        let scene = document.groom_as_drawn().and_then(|groom| {
-            Ok(SceneInput {
-                groom,
-                head: document.load_head()?.map(Arc::new),
-            })
-        });
-        match scene {
-            Ok(scene) => self.send_scene(scene),
-            Err(problem) => self.complain(&problem),
-        }
-    }
-
-    pub(super) fn send_scene(&mut self, scene: SceneInput) {
-        let Some(document) = &self.document else { return };
-        let all = crate::paint::DirtyRanges::all(document.groom().point_count());
-        self.viewer.set_scene(scene);
-        self.viewer.set_params(document.params(), &all);
     }
 
     /// Takes what the drawing thread reports.
@@ -378,134 +325,6 @@ impl Editor {
         let name = name.map_or_else(|| "untitled".into(), |name| name.to_string_lossy());
         format!("{name}{}", if document.is_modified() { " *" } else { "" })
     }
-
-    fn menu_bar(&mut self, ui: &mut Ui) {
-        use Command as C;
-        let menus: [(&str, &[C]); 4] = [
-            ("File", &[C::Open, C::OpenSample, C::Save, C::SaveAs, C::Quit]),
-            ("Edit", &[C::Undo, C::Redo]),
-            (
-                "Hair",
-                &[
-                    C::FrameHair,
-                    C::AddLayer,
-                    C::DuplicateLayer,
-                    C::MergeDown,
-                    C::Eyedropper,
-                ],
-            ),
-            (
-                "Light",
-                &[
-                    C::OpenEnvironment,
-                    C::OpenLights,
-                    C::OpenSequence,
-                    C::OpenSequenceFolder,
-                    C::PlaySequence,
-                    C::NextMap,
-                    C::PreviousMap,
-                    C::SaveLights,
-                    C::DeleteLight,
-                ],
-            ),
-        ];
-        egui::MenuBar::new().ui(ui, |ui| {
-            for (name, commands) in menus {
-                ui.menu_button(name, |ui| {
-                    for command in commands {
-                        self.menu_item(ui, *command);
-                    }
-                    if name == "File" {
-                        self.backups_setting(ui);
-                    }
-                });
-            }
-            ui.menu_button("View", |ui| self.view_menu(ui));
-            ui.separator();
-            ui.label(self.document_name());
-            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                for command in [C::Redo, C::Undo] {
-                    let button = ui.add_enabled(self.is_enabled(command), egui::Button::new(command.label()));
-                    if button.on_hover_text(self.explain(command)).clicked() {
-                        self.run(ui.ctx(), command);
-                    }
-                }
-            });
-        });
-    }
-
-    fn menu_item(&mut self, ui: &mut Ui, command: Command) {
-        let keys = command
-            .shortcuts()
-            .first()
-            .map(|keys| ui.ctx().format_shortcut(keys))
-            .unwrap_or_default();
-        let button = egui::Button::new(command.label()).shortcut_text(keys);
-        if ui.add_enabled(self.is_enabled(command), button).clicked() {
-            ui.close();
-            self.run(ui.ctx(), command);
-        }
-    }
-
-    fn view_menu(&mut self, ui: &mut Ui) {
-        for (transform, name) in [
-            (ViewTransform::Neutral, "Khronos PBR Neutral"),
-            (ViewTransform::Agx, "AgX"),
-            (ViewTransform::Raw, "Raw"),
-        ] {
-            ui.radio_value(&mut self.view.transform, transform, name);
-        }
-        ui.separator();
-        ui.checkbox(&mut self.view.show_background, "Show environment");
-        self.handles_checkbox(ui);
-        ui.checkbox(&mut self.view.blender_keys, "Blender navigation")
-            .on_hover_text(
-                "Middle button orbits, Shift+middle pans; otherwise Alt with left, middle, right button",
-            );
-    }
-
-    /// What a toolbar button will do, with its key.
-    fn explain(&self, command: Command) -> String {
-        let what = match (command, &self.document) {
-            (Command::Undo, Some(document)) => document.undo_label(),
-            (Command::Redo, Some(document)) => document.redo_label(),
-            _ => None,
-        };
-        format!("{} {}", command.label(), what.unwrap_or("nothing"))
-    }
-
-    fn tool_bar(&mut self, ui: &mut Ui) {
-        for tool in Tool::ALL {
-            ui.selectable_value(&mut self.tool, tool, tool.name())
-                .on_hover_text(tool.hint());
-        }
-    }
-
-    fn right_dock(&mut self, ui: &mut Ui) {
-        egui::ScrollArea::vertical().show(ui, |ui| {
-            ui.heading("Layers");
-            self.layers_panel(ui);
-            ui.separator();
-            ui.horizontal(|ui| {
-                for (tab, name) in [
-                    (Tab::Brush, "Brush"),
-                    (Tab::Hair, "Hair"),
-                    (Tab::Light, "Light"),
-                    (Tab::Operations, "Operations"),
-                    (Tab::History, "History"),
-                ] {
-                    ui.selectable_value(&mut self.tab, tab, name);
-                }
-            });
-            match self.tab {
-                Tab::Brush => self.brush_panel(ui),
-                Tab::Hair => self.hair_panel(ui),
-                Tab::Light => self.light_panel(ui),
-                Tab::Operations => self.operations_panel(ui),
-                Tab::History => self.history_panel(ui),
-            }
-        });
-    }
 }
 
 impl Editor {
@@ -526,8 +345,8 @@ impl Editor {
 
     /// Shows the unpainted hair while B is held.
     fn show_before(&mut self, context: &Context) {
-        let held =
-            !context.egui_wants_keyboard_input() && context.input(|input| input.key_down(egui::Key::B));
+        let held = !context.text_edit_focused()
+            && context.input(|input| input.modifiers.is_none() && input.key_down(egui::Key::B));
         let Some(document) = &self.document else { return };
         if held != self.shows_before {
             self.shows_before = held;
@@ -541,26 +360,19 @@ impl Editor {
     }
 }
 
-/// Ids of the layers, lowest first.
-fn document_layers(document: Option<&Document>) -> Vec<String> {
-    document.map_or_else(Vec::new, |document| {
-        document
-            .project()
-            .layers
-            .iter()
-            .map(|layer| layer.id.clone())
-            .collect()
-    })
-}
-
 impl eframe::App for Editor {
     fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
         let context = ui.ctx().clone();
         self.take_results(&context);
         self.take_pictures(&context);
         self.guard_close(&context);
-        if self.guard.is_none() && self.asking.is_none() && !context.egui_wants_keyboard_input() {
-            while let Some(command) = context.input_mut(Command::pressed) {
+        self.drive_turntable(&context);
+        if self.guard.is_none()
+            && self.palette.is_none()
+            && self.asking.is_none()
+            && !context.text_edit_focused()
+        {
+            while let Some(command) = context.input_mut(|input| self.keymap.pressed(input)) {
                 self.run(&context, command);
             }
         }
@@ -574,14 +386,17 @@ impl eframe::App for Editor {
 
         Panel::top("menu").show(ui, |ui| self.menu_bar(ui));
         Panel::bottom("status").show(ui, |ui| self.status_bar(ui));
-        Panel::left("tools")
-            .resizable(false)
-            .default_size(104.0)
-            .show(ui, |ui| self.tool_bar(ui));
-        Panel::right("dock")
-            .default_size(324.0)
-            .show(ui, |ui| self.right_dock(ui));
+        if !self.hides_panels {
+            Panel::left("tools")
+                .resizable(false)
+                .default_size(104.0)
+                .show(ui, |ui| self.tool_bar(ui));
+            Panel::right("dock")
+                .default_size(324.0)
+                .show(ui, |ui| self.right_dock(ui));
+        }
         egui::CentralPanel::no_frame().show(ui, |ui| self.viewport(ui));
+        self.palette_window(&context);
         self.guard_dialog(&context);
         self.question_dialog(&context);
         self.set_title(&context);

@@ -216,17 +216,22 @@ impl Editor {
         });
     }
 
-    /// Sends the lights as they are edited, turned and exposed now.
-    pub(super) fn send_light(&mut self) {
-        let (Some(document), Some(lighting)) = (&self.document, &self.lighting) else {
-            return;
-        };
-        let light = &document.project().light;
-        self.viewer.set_light(LightInput {
+    /// The lights as they are edited, turned and exposed now.
+    pub(super) fn light_input(&self) -> Option<LightInput> {
+        let light = &self.document.as_ref()?.project().light;
+        let lighting = self.lighting.as_ref()?;
+        Some(LightInput {
             lights: lighting.exposed(light),
             background: lighting.map.clone(),
             turn_rad: light.rotation_deg.to_radians(),
             scale: light.factor(),
-        });
+        })
+    }
+
+    pub(super) fn send_light(&mut self) {
+        if let Some(light) = self.light_input() {
+            self.viewer.set_light(light);
+            self.refresh_compare();
+        }
     }
 }

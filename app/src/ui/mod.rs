@@ -2,13 +2,19 @@
 
 mod actions;
 mod command;
+mod compare;
+mod dispatch;
 mod documents;
+mod editing;
 mod editor;
 mod job;
+pub mod keymap;
 mod light_ball;
 mod light_inspector;
 mod light_map;
 mod lighting;
+mod menus;
+mod palette;
 mod panel_brush;
 mod panel_dye;
 mod panel_hair;
@@ -17,12 +23,19 @@ mod panel_layers;
 mod panel_light;
 mod panel_mask;
 mod panel_operations;
+mod panel_statistics;
+mod preferences;
 mod questions;
+mod ring;
 mod sequence;
+pub mod settings;
 mod status;
+mod stroke;
 mod theme;
 mod viewer;
+mod viewing;
 mod viewport;
+mod welcome;
 mod widgets;
 
 use std::path::PathBuf;
@@ -50,12 +63,9 @@ pub fn run(open: Option<PathBuf>, options: ReadOptions) -> Result<(), eframe::Er
         "Balayage",
         native,
         Box::new(|creation| {
-            Ok(Box::new(Editor::with_state(
-                &creation.egui_ctx,
-                open,
-                options,
-                UserState::of_user(),
-            )))
+            let mut editor = Editor::with_state(&creation.egui_ctx, open, options, UserState::of_user());
+            editor.use_settings_of_user();
+            Ok(Box::new(editor))
         }),
     )
 }

@@ -178,6 +178,14 @@ impl Editor {
                 "Below 1 paint builds up where the brush dwells, as from a spray can",
             )
             .show(ui, &mut brush.flow);
+            Number::new(
+                "Stabiliser",
+                0.0..=100.0,
+                usual.string,
+                "Larger: the brush follows on a longer string, lines get calmer",
+            )
+            .unit(" pt")
+            .show(ui, &mut brush.string);
             ui.checkbox(&mut brush.uses_pressure, "Pen pressure")
                 .on_hover_text("A pen's pressure scales the strength");
         });

@@ -51,12 +51,15 @@ impl Editor {
             .logarithmic(true)
             .text("Memory")
             .suffix(" MiB");
-        let hint = "Older steps are undone by painting everything again, which takes longer";
+        let hint =
+            "What does not fit is undone by painting everything again, which takes longer, or forgotten";
         if ui.add(slider).on_hover_text(hint).changed()
             && let Some(document) = &mut self.document
         {
             document.set_history_bytes((mib * MIB) as usize);
         }
         ui.weak(format!("{:.1} MiB kept", kept as f32 / MIB));
+        ui.separator();
+        self.snapshot_list(ui);
     }
 }

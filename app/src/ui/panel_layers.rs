@@ -1,12 +1,17 @@
 //! The list of layers, top first.
 
+use balayage_render::param::Channel;
 use egui::{Role, Ui, WidgetInfo};
 
 use super::{
     Command, Editor,
+    panel_brush::channel_text,
     widgets::{Number, choice},
 };
 use crate::document::{Blend, Edit, Layer};
+
+/// A layer on its way to another place, by its position from below.
+struct Dragged(usize);
 
 const BLENDS: [(Blend, &str); 3] = [
     (Blend::Replace, "Replace"),
@@ -19,7 +24,8 @@ impl Editor {
         let Some(document) = &self.document else { return };
         let layers = document.project().layers.clone();
         for (position, layer) in layers.iter().enumerate().rev() {
-            ui.horizontal(|ui| self.layer_row(ui, layer, position, layers.len()));
+            let row = ui.horizontal(|ui| self.layer_row(ui, layer, position, layers.len()));
+            self.drop_layer(ui, &row.response, &layers, position);
         }
         ui.horizontal_wrapped(|ui| {
             for command in [Command::AddLayer, Command::DuplicateLayer, Command::MergeDown] {
@@ -61,7 +67,11 @@ impl Editor {
                 ..layer.clone()
             }));
         }
-        if ui.selectable_label(self.layer == layer.id, name).clicked() {
+        let button =
+            egui::Button::selectable(self.layer == layer.id, name).sense(egui::Sense::click_and_drag());
+        let button = ui.add(button).on_hover_text("Drag to change the order");
+        button.dnd_set_drag_payload(Dragged(position));
+        if button.clicked() {
             self.layer.clone_from(&layer.id);
             self.operation = None;
         }
@@ -81,6 +91,61 @@ impl Editor {
         });
     }
 
+    /// A layer that is dragged over the row of another one takes its place when it is let go.
+    fn drop_layer(&mut self, ui: &Ui, row: &egui::Response, layers: &[Layer], position: usize) {
+        if let Some(dragged) = row.dnd_hover_payload::<Dragged>() {
+            let y = if dragged.0 < position {
+                row.rect.top()
+            } else {
+                row.rect.bottom()
+            };
+            let stroke = egui::Stroke::new(2.0, super::theme::ACCENT);
+            ui.painter().hline(row.rect.x_range(), y, stroke);
+        }
+        let dropped = row.dnd_release_payload::<Dragged>();
+        if let Some(dragged) =
+            dropped.and_then(|dragged| layers.get(dragged.0).filter(|_| dragged.0 != position))
+        {
+            self.edit(Edit::MoveLayer(dragged.id.clone(), position));
+        }
+    }
+
+    /// A blend for each channel that the layer paints.
+    fn channel_blends(&self, ui: &mut Ui, layer: &mut Layer) -> bool {
+        let Some(document) = &self.document else {
+            return false;
+        };
+        let operations = &document.project().operations;
+        let painted = |channel: &Channel| {
+            *channel != Channel::Mask
+                && operations
+                    .iter()
+                    .any(|operation| operation.layer == layer.id && operation.channel == *channel)
+        };
+        let painted: Vec<Channel> = Channel::ALL.into_iter().filter(painted).collect();
+        let mut changed = false;
+        egui::CollapsingHeader::new("Blend of channels")
+            .id_salt("channel blends")
+            .show(ui, |ui| {
+                if painted.is_empty() {
+                    ui.weak("Nothing is painted on this layer yet.");
+                }
+                for channel in painted {
+                    let mut blend = layer.channel_blends.get(&channel).copied();
+                    let blends = BLENDS.map(|(blend, name)| (Some(blend), name));
+                    let choices = [(None, "As the layer")].into_iter().chain(blends);
+                    if choice(ui, channel_text(channel).0, &mut blend, choices) {
+                        changed = true;
+                        match blend {
+                            Some(blend) => layer.channel_blends.insert(channel, blend),
+                            None => layer.channel_blends.remove(&channel),
+                        };
+                    }
+                }
+            });
+        changed
+    }
+
     fn layer_settings(&mut self, ui: &mut Ui, layer: &Layer) {
         let mut changed = layer.clone();
         ui.horizontal(|ui| {
@@ -90,12 +155,13 @@ impl Editor {
         });
         let (slider, moved) = Number::new("Opacity", 0.0..=1.0, 1.0, "How much of the layer shows")
             .show(ui, &mut changed.opacity);
-        let blended = choice(ui, "Blend", &mut changed.blend, BLENDS);
+        let mut blended = choice(ui, "Blend", &mut changed.blend, BLENDS);
         ui.weak(match layer.blend {
             Blend::Replace => "Paint acts on what lies below",
             Blend::Add => "Paint is added to what lies below",
             Blend::Multiply => "Paint is a factor on what lies below",
         });
+        blended |= self.channel_blends(ui, &mut changed);
         if moved {
             self.edit_by(&slider, Edit::SetLayer(changed));
         } else if changed.name != layer.name {

@@ -11,12 +11,24 @@ pub(super) const ACCENT: Color32 = Color32::from_rgb(198, 146, 92);
 /// Sets the look of `context`.
 pub(super) fn apply(context: &egui::Context) {
     context.set_theme(Theme::Dark);
-    let mut visuals = Visuals::dark();
-    visuals.panel_fill = Color32::from_gray(36);
-    visuals.window_fill = Color32::from_gray(40);
-    visuals.extreme_bg_color = Color32::from_gray(24);
-    visuals.selection.bg_fill = ACCENT.gamma_multiply(0.55);
-    visuals.selection.stroke = Stroke::new(1.0, Color32::from_gray(240));
+    let greys = [
+        (Theme::Dark, [36, 40, 24], 240),
+        (Theme::Light, [214, 222, 236], 20),
+    ];
+    for (theme, [panel, window, field], text) in greys {
+        let mut visuals = theme.default_visuals();
+        visuals.panel_fill = Color32::from_gray(panel);
+        visuals.window_fill = Color32::from_gray(window);
+        visuals.extreme_bg_color = Color32::from_gray(field);
+        visuals.selection.bg_fill = ACCENT.gamma_multiply(0.55);
+        visuals.selection.stroke = Stroke::new(1.0, Color32::from_gray(text));
+        round(&mut visuals);
+        context.set_visuals_of(theme, visuals);
+    }
+    context.all_styles_mut(|style| style.spacing.slider_width = 120.0);
+}
+
+fn round(visuals: &mut Visuals) {
     for widget in [
         &mut visuals.widgets.inactive,
         &mut visuals.widgets.hovered,
@@ -25,6 +37,4 @@ pub(super) fn apply(context: &egui::Context) {
     ] {
         widget.corner_radius = CornerRadius::same(3);
     }
-    context.set_visuals_of(Theme::Dark, visuals);
-    context.global_style_mut(|style| style.spacing.slider_width = 120.0);
 }

@@ -48,8 +48,8 @@ enum Effort {
     Touch,
     /// Everything that was asked for, shadows from voxels.
     Full,
-    /// Shadows refined by exact rays: nothing is left to do.
-    Refined,
+    /// Shadows refined by that many exact rays per point and light; with the last of them nothing is left to do.
+    Refined(u32),
 }
 
 impl Effort {
@@ -57,8 +57,10 @@ impl Effort {
     fn next(self) -> Option<(Self, Duration)> {
         match self {
             Self::Quick | Self::Touch => Some((Self::Full, REST)),
-            Self::Full => Some((Self::Refined, LONG_REST)),
-            Self::Refined => None,
+            Self::Full => Some((Self::Refined(FIRST_RAYS), LONG_REST)),
+            // Slices, so that a hand that comes back waits for one of them only.
+            Self::Refined(rays) if rays < REFINED_RAYS => Some((Self::Refined(2 * rays), Duration::ZERO)),
+            Self::Refined(_) => None,
         }
     }
 }
@@ -200,6 +202,12 @@ impl Viewer {
         self.send(|inbox| inbox.destroy = true);
     }
 
+    /// Points whose new parameters the thread has not taken yet.
+    pub(super) fn waiting_points(&self) -> usize {
+        let inbox = self.shared.inbox();
+        inbox.params.as_ref().map_or(0, |(_, dirty)| dirty.point_count())
+    }
+
     /// What was reported since the last call.
     pub(super) fn events(&mut self) -> Vec<ViewerEvent> {
         let mut events = std::mem::take(&mut *self.shared.events());
@@ -232,8 +240,9 @@ impl Drop for Viewer {
 const QUICK_MS: f64 = 120.0;
 /// How long nothing may change before a draft is sharpened.
 const REST: Duration = Duration::from_millis(150);
-/// How long nothing may change before shadows are refined by exact rays, and how many per point and light.
+/// How long nothing may change before shadows are refined by exact rays, and how many per point and light: at first and at last.
 const LONG_REST: Duration = Duration::from_millis(1200);
+const FIRST_RAYS: u32 = 2;
 const REFINED_RAYS: u32 = 16;
 /// Devices that are lost one after the other before the picture is given up until something changes.
 const MAX_LOSSES: u32 = 2;
@@ -254,6 +263,8 @@ struct Worker {
     /// What the last picture was drawn with, where nothing but parameters changed since.
     last: Option<(ViewRequest, [u32; 2], Quality)>,
     last_full_ms: f64,
+    /// The slowest picture of this stroke's kind since the scene or light was new.
+    last_touch_ms: f64,
 }
 
 impl Worker {
@@ -269,6 +280,7 @@ impl Worker {
             view: None,
             last: None,
             last_full_ms: f64::INFINITY,
+            last_touch_ms: 0.0,
         }
     }
 
@@ -368,14 +380,19 @@ impl Worker {
             (Effort::Touch, Some((_, last_size, quality))) => {
                 settings.interactive = true;
                 settings.shade.method.quality = quality;
-                size = last_size;
+                // Fewer pixels where all of them would keep the hand waiting; the quality stays, so that nothing but paint is shaded.
+                size = if self.last_touch_ms > QUICK_MS {
+                    size.map(|side| (side / DRAFT_SHARE).max(1))
+                } else {
+                    last_size
+                };
             }
             (Effort::Quick, _) => {
                 settings.shade.method.quality = Quality::Draft;
                 settings.samples = 1;
                 size = size.map(|side| (side / DRAFT_SHARE).max(1));
             }
-            (Effort::Refined, _) => settings.visibility_rays = REFINED_RAYS,
+            (Effort::Refined(rays), _) => settings.visibility_rays = rays,
             _ => {}
         }
         let report = renderer.render(&view.camera, size, &settings)?;
@@ -385,8 +402,11 @@ impl Worker {
             picks: renderer.picks()?,
         });
         let milliseconds = start.elapsed().as_secs_f64() * 1e3;
-        if effort == Effort::Full {
-            self.last_full_ms = milliseconds;
+        match effort {
+            Effort::Full => self.last_full_ms = milliseconds,
+            // The first picture of fewer pixels has more to do; a shrunken one stays so until the hand rests.
+            Effort::Touch => self.last_touch_ms = self.last_touch_ms.max(milliseconds),
+            _ => {}
         }
         self.last = Some((view, size, settings.shade.method.quality));
         let size = size.map(|side| side as usize);
@@ -396,7 +416,7 @@ impl Worker {
             picks,
             report,
             milliseconds,
-            is_draft: effort != Effort::Refined,
+            is_draft: effort != Effort::Refined(REFINED_RAYS),
         })));
         Ok((view.motion == Motion::Still).then_some(effort))
     }
@@ -451,6 +471,7 @@ impl Worker {
         };
         if fresh || new_scene || new_light {
             self.last = None;
+            self.last_touch_ms = 0.0;
         }
         if fresh || new_scene {
             renderer.set_groom(&scene.groom, scene.head.as_deref())?;

@@ -1,7 +1,7 @@
-//! The viewport: the picture, looking around, painting, the brush's ring.
+//! The viewport: the picture, and what the pointer does to it.
 
 use balayage_render::gpu::{Method, RenderSettings, ShadeSettings};
-use egui::{Color32, Modifiers, PointerButton, Pos2, Rect, Response, Role, Sense, Stroke, Ui, WidgetInfo};
+use egui::{Color32, Modifiers, PointerButton, Pos2, Rect, Response, Role, Sense, Ui, WidgetInfo};
 use glam::Vec2;
 
 use super::{
@@ -9,11 +9,9 @@ use super::{
     viewer::{Motion, ViewRequest},
 };
 use crate::{
-    document::{Edit, Layer},
-    paint::{Dab, Mask, MaskKind, MaskPart, Mode, Reach},
-    tool::{StrokePath, Tool, dab_at, dabs_through, mirrored},
+    document::Edit,
+    tool::{StrokePath, Tool},
 };
-use balayage_render::param::Channel;
 
 /// What the pointer is doing in the viewport.
 #[derive(Clone, Copy, Debug)]
@@ -60,17 +58,15 @@ impl Editor {
         }
         if self.document.is_none() {
             if self.opening.is_none() {
-                note(
-                    ui,
-                    rect,
-                    "Open a project or a groom: File, Open, or drop a file here.",
-                );
+                self.welcome(ui, rect);
             }
             return;
         }
         self.steer(ui, rect, &response);
         self.paint_handles(ui, rect);
         self.ring(ui, rect, &response);
+        self.paint_compare(ui, rect);
+        self.hints(ui, rect);
     }
 
     /// Asks for the picture of the present camera at the size of the viewport.
@@ -78,7 +74,7 @@ impl Editor {
         let Some(camera) = &self.camera else { return };
         let pixels = rect.size() * ui.ctx().pixels_per_point();
         let hair = self.document.as_ref().map(|document| &document.project().hair);
-        self.viewer.set_view(ViewRequest {
+        let view = ViewRequest {
             camera: *camera.camera(),
             size: [(pixels.x as u32).max(1), (pixels.y as u32).max(1)],
             settings: RenderSettings {
@@ -100,12 +96,16 @@ impl Editor {
             motion: match self.gesture {
                 Gesture::Stroke(_) => Motion::Painting,
                 Gesture::Lasso(_) => Motion::Still,
-                Gesture::None | Gesture::SizeBrush if self.slider.is_none() && !self.is_playing() => {
+                Gesture::None | Gesture::SizeBrush
+                    if self.slider.is_none() && !self.is_playing() && !self.turns =>
+                {
                     Motion::Still
                 }
                 _ => Motion::Moving,
             },
-        });
+        };
+        self.viewer.set_view(view);
+        self.drive_compare(view);
     }
 
     /// Starts, continues and ends gestures.
@@ -200,7 +200,7 @@ impl Editor {
         let Modifiers {
             alt, shift, command, ..
         } = modifiers;
-        match (button, self.view.blender_keys) {
+        match (button, self.navigates_as_blender()) {
             (PointerButton::Secondary, _) if shift => Gesture::TurnLight,
             (PointerButton::Secondary, _) if command => Gesture::SizeBrush,
             (PointerButton::Middle, true) => {
@@ -233,219 +233,15 @@ impl Editor {
         }
     }
 
-    fn look(&mut self, change: impl FnOnce(&mut crate::tool::ViewCamera)) {
+    pub(super) fn look(&mut self, change: impl FnOnce(&mut crate::tool::ViewCamera)) {
         if let Some(camera) = &mut self.camera {
             change(camera);
         }
     }
-
-    /// Limits the layer to strands that are rooted inside the outline that was drawn: each of its corners counts as the root of
-    /// the strand that is seen there.
-    fn close_lasso(&mut self, rect: Rect) {
-        let outline = std::mem::take(&mut self.outline);
-        let roots: Vec<[f32; 3]> = outline
-            .into_iter()
-            .filter_map(|place| self.dabs(place, rect).first().map(|dab| dab.root))
-            .collect();
-        let layer = self.document.as_ref().and_then(|document| {
-            let layers = &document.project().layers;
-            layers.iter().find(|layer| layer.id == self.layer).cloned()
-        });
-        let Some(layer) = layer else { return };
-        if roots.len() < 3 {
-            self.say("Lasso: draw round hair, so that the outline meets strands");
-            return;
-        }
-        let part = MaskPart {
-            kind: MaskKind::Region {
-                outline: roots,
-                soften_mm: 5.0,
-            },
-            invert: false,
-        };
-        let mut parts = layer.mask.parts.clone();
-        parts.push(part);
-        self.edit(Edit::SetLayer(Layer {
-            mask: Mask {
-                parts,
-                ..layer.mask.clone()
-            },
-            ..layer
-        }));
-    }
-
-    /// Starts a stroke; Ctrl inverts it (erases), Shift smooths.
-    fn begin_stroke(&mut self, at: Pos2, rect: Rect, modifiers: Modifiers) -> Gesture {
-        let tool = match self.tool {
-            Tool::Paint | Tool::Comb if modifiers.shift => Tool::Smooth,
-            Tool::Paint | Tool::Comb if modifiers.command => Tool::Erase,
-            tool => tool,
-        };
-        let Some(document) = &mut self.document else {
-            return Gesture::None;
-        };
-        let Some(mut operation) = self.brush.operation(tool, &self.layer, document) else {
-            return Gesture::None;
-        };
-        if tool == Tool::Mask && modifiers.command {
-            operation.mode = Mode::Erase;
-        }
-        if let Err(problem) = document.begin_stroke(operation) {
-            self.complain(&problem);
-            return Gesture::None;
-        }
-        let place = Vec2::new(at.x, at.y);
-        self.paint_at(&[place], rect);
-        Gesture::Stroke(StrokePath::new(place))
-    }
-
-    fn continue_stroke(&mut self, mut path: StrokePath, response: &Response, rect: Rect) {
-        let Some(at) = response.interact_pointer_pos() else {
-            return;
-        };
-        let step = (self.brush.spacing * self.ring_radius(at, rect)).max(2.0);
-        let places = path.advance(Vec2::new(at.x, at.y), step);
-        self.gesture = Gesture::Stroke(path);
-        self.paint_at(&places, rect);
-    }
-
-    pub(super) fn cancel_stroke(&mut self) {
-        if let Some(document) = &mut self.document {
-            let dirty = document.cancel_stroke();
-            self.viewer.set_params(document.params(), &dirty);
-        }
-        self.gesture = Gesture::None;
-        self.say("Stroke cancelled");
-    }
-
-    /// Adds the dabs that belong to places on the screen.
-    fn paint_at(&mut self, places: &[Vec2], rect: Rect) {
-        let dabs: Vec<Dab> = places.iter().flat_map(|place| self.dabs(*place, rect)).collect();
-        let Some(document) = &mut self.document else {
-            return;
-        };
-        match document.extend_stroke(dabs) {
-            Ok(dirty) => self.viewer.set_params(document.params(), &dirty),
-            Err(problem) => self.complain(&problem),
-        }
-    }
-
-    /// The dabs at one place of the screen: one on the visible strand, or one for each depth.
-    fn dabs(&self, place: Vec2, rect: Rect) -> Vec<Dab> {
-        let picks = self.shown.as_ref().and_then(|shown| shown.picks.as_ref());
-        let (Some(picks), Some(document)) = (picks, &self.document) else {
-            return Vec::new();
-        };
-        let Some(point) = picks.place(in_picture(place, rect)) else {
-            return Vec::new();
-        };
-        let radius = 0.01 * self.brush.radius_cm / document.groom().metres_per_unit();
-        let index = document.index();
-        let pressure = if self.brush.uses_pressure {
-            self.pressure
-        } else {
-            1.0
-        };
-        let eye = picks.camera.position();
-        let sides = [(eye, point), (mirrored(eye), mirrored(point))];
-        let count = if self.brush.mirror { 2 } else { 1 };
-        let of_side = |(eye, point)| {
-            if self.brush.reach == Reach::Through && self.tool != Tool::Comb {
-                dabs_through(index, eye, point, radius, pressure)
-            } else {
-                dab_at(index, point, radius, pressure).into_iter().collect()
-            }
-        };
-        sides.into_iter().take(count).flat_map(of_side).collect()
-    }
-
-    /// Takes the value of the touched hair into the brush.
-    fn pick_value(&mut self, at: Pos2, rect: Rect) {
-        let Some(dab) = self.dabs(Vec2::new(at.x, at.y), rect).into_iter().next() else {
-            return;
-        };
-        let Some(document) = &self.document else { return };
-        let radius = 0.01 * self.brush.radius_cm / document.groom().metres_per_unit();
-        let mut nearest = (f32::INFINITY, 0);
-        document
-            .index()
-            .for_each_near(dab.position.into(), radius, |point, distance| {
-                if distance < nearest.0 {
-                    nearest = (distance, point);
-                }
-            });
-        let point = nearest.1 as usize;
-        if self.picks_seen_colour {
-            let sigma_a = document.params()[point].sigma_a;
-            self.brush.channel = Channel::Dye;
-            self.brush.dye = sigma_a;
-            self.brush.dye_strength = 1.0;
-            self.say("Took the seen colour from the hair: all of its absorption, as dye for bleached hair");
-            return;
-        }
-        let values = document.values()[point];
-        match self.brush.channel {
-            Channel::Dye => {
-                self.brush.dye = values.dye;
-                self.brush.dye_strength = 1.0;
-            }
-            channel => self.brush.value = values.get(channel)[0],
-        }
-        self.say(format!("Took {} from the hair", self.brush.channel.name()));
-    }
-
-    /// Radius of the brush on the screen, in points, at the depth of what lies under `at`.
-    fn ring_radius(&self, at: Pos2, rect: Rect) -> f32 {
-        let (Some(camera), Some(document)) = (&self.camera, &self.document) else {
-            return 0.0;
-        };
-        let radius = 0.01 * self.brush.radius_cm / document.groom().metres_per_unit();
-        let picks = self.shown.as_ref().and_then(|shown| shown.picks.as_ref());
-        let depth = picks
-            .and_then(|picks| picks.place(in_picture(Vec2::new(at.x, at.y), rect)))
-            .map_or(camera.pivot_depth(), |place| {
-                let pose = camera.camera().world_from_camera;
-                (camera.camera().position() - place).dot(pose.z_axis.truncate())
-            });
-        camera.pixels(radius, depth, rect.height())
-    }
-
-    /// The brush's ring with its hard core; its colour is the dye's.
-    fn ring(&self, ui: &Ui, rect: Rect, response: &Response) {
-        let Some(at) = response.hover_pos().or(response.interact_pointer_pos()) else {
-            return;
-        };
-        if self.is_over_handle(at, rect) || matches!(self.gesture, Gesture::MoveLight { .. }) {
-            ui.ctx().set_cursor_icon(egui::CursorIcon::Grab);
-            return;
-        }
-        let painter = ui.painter_at(rect);
-        if !self.tool.strokes() {
-            ui.ctx().set_cursor_icon(egui::CursorIcon::Crosshair);
-            let outline: Vec<Pos2> = self.outline.iter().map(|p| Pos2::new(p.x, p.y)).collect();
-            painter.add(egui::Shape::closed_line(
-                outline,
-                Stroke::new(1.5, Color32::from_gray(230)),
-            ));
-            return;
-        }
-        let radius = self.ring_radius(at, rect);
-        let color = match (self.tool, self.brush.channel) {
-            (Tool::Paint | Tool::Comb, Channel::Dye) => swatch(self.dyes.seen),
-            _ => Color32::from_gray(220),
-        };
-        painter.circle_stroke(at, radius, Stroke::new(3.0, Color32::from_black_alpha(120)));
-        painter.circle_stroke(at, radius, Stroke::new(1.5, color));
-        painter.circle_stroke(
-            at,
-            radius * self.brush.hardness,
-            Stroke::new(1.0, color.gamma_multiply(0.5)),
-        );
-    }
 }
 
 /// A place on the screen in [0, 1]^2 of the picture.
-fn in_picture(place: Vec2, rect: Rect) -> Vec2 {
+pub(super) fn in_picture(place: Vec2, rect: Rect) -> Vec2 {
     (place - Vec2::new(rect.min.x, rect.min.y)) / Vec2::new(rect.width().max(1.0), rect.height().max(1.0))
 }
 

@@ -142,6 +142,8 @@ pub struct Renderer {
     target: Option<PictureBuffers>,
     last: Option<(Camera, [u32; 2], RenderSettings)>,
     stale: Stale,
+    /// Bytes of parameters that were sent since the last frame.
+    sent_bytes: u64,
 }
 
 /// What belongs to one groom.
@@ -197,6 +199,7 @@ impl Renderer {
             target: None,
             last: None,
             stale: Stale::ALL,
+            sent_bytes: 0,
             gpu: gpu.clone(),
         })
     }
@@ -266,8 +269,9 @@ impl Renderer {
             self.gpu
                 .queue
                 .write_buffer(&scene.params, offset, bytemuck::cast_slice(slice));
-            scene.strands.forget_points(&self.gpu, range.clone());
+            self.sent_bytes += size_of_val(slice) as u64;
         }
+        scene.strands.forget_points(&self.gpu, dirty);
         self.transmittance
             .set_params(&scene.params, MeanFibre::of(params));
         self.stale.picture = true;
@@ -329,6 +333,10 @@ impl Renderer {
     ) -> Result<FrameReport, GpuError> {
         let mut report = FrameReport::default();
         let gpu = self.gpu.clone();
+        let sent_bytes = std::mem::take(&mut self.sent_bytes);
+        if sent_bytes > 0 {
+            report.count("parameter bytes uploaded", sent_bytes);
+        }
         let refused = |reason: &str| GpuError::Refused {
             what: "the picture".to_owned(),
             reason: reason.to_owned(),

@@ -143,13 +143,17 @@ impl StrandBuffers {
     }
 
     /// Shading that depends on the parameters of these groom points is stale: theirs, and that of the vertices from the point before on.
-    pub fn forget_points(&self, gpu: &Gpu, points: Range<u32>) {
+    pub fn forget_points(&self, gpu: &Gpu, ranges: &[Range<u32>]) {
         let vertex = |point: u32| {
             let first = self.first_vertex_of_point.get(point as usize);
             first.copied().unwrap_or(self.vertex_count)
         };
-        self.single_work
-            .forget(gpu, vertex(points.start.saturating_sub(1))..vertex(points.end));
-        self.multiple_work.forget(gpu, points);
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        for points in ranges {
+            let vertices = vertex(points.start.saturating_sub(1))..vertex(points.end);
+            self.single_work.forget(&mut encoder, vertices);
+            self.multiple_work.forget(&mut encoder, points.clone());
+        }
+        gpu.queue.submit([encoder.finish()]);
     }
 }

@@ -43,17 +43,17 @@ impl WorkList {
 
     /// All items are stale.
     pub fn forget_all(&self, gpu: &Gpu) {
-        self.forget(gpu, 0..self.count);
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        self.forget(&mut encoder, 0..self.count);
+        gpu.queue.submit([encoder.finish()]);
     }
 
-    /// The items of `range`, as far as they exist, are stale.
-    pub fn forget(&self, gpu: &Gpu, range: Range<u32>) {
+    /// The items of `range`, as far as they exist, are stale once `encoder` is submitted.
+    pub fn forget(&self, encoder: &mut wgpu::CommandEncoder, range: Range<u32>) {
         let end = range.end.min(self.count);
         if range.start < end {
-            let mut encoder = gpu.device.create_command_encoder(&Default::default());
             let bytes = 4 * u64::from(end - range.start);
             encoder.clear_buffer(&self.done, 4 * u64::from(range.start), Some(bytes));
-            gpu.queue.submit([encoder.finish()]);
         }
     }
 

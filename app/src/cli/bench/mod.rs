@@ -3,6 +3,7 @@
 mod end_to_end;
 mod lights;
 mod methods;
+mod paint;
 mod picture;
 mod plot;
 mod report;
@@ -25,6 +26,8 @@ enum Bench {
     Scatter(scatter::ScatterArgs),
     /// Environment maps: hair error of SRBF lights and of spherical harmonics.
     Lights(lights::LightsArgs),
+    /// Painting: milliseconds and work of each step from the pointer to the picture.
+    Paint(paint::PaintArgs),
     /// The picture, first frame and refined, against path tracing.
     Picture(Box<picture::PictureArgs>),
     /// Edges of every range and poison values through the scattering shaders.
@@ -35,6 +38,7 @@ pub(super) fn run(args: &BenchArgs, console: &mut Console<'_>) -> Result<(), Cli
     match &args.what {
         Bench::Scatter(args) => scatter::run(args, console),
         Bench::Lights(args) => lights::run(args, console),
+        Bench::Paint(args) => paint::run(args, console),
         Bench::Picture(args) => picture::run(args, console),
         Bench::Stress(args) => stress::run(args, console),
     }

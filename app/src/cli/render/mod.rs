@@ -28,7 +28,7 @@ use crate::{
 };
 use names::Format;
 use record::Record;
-pub(super) use scene::{camera, load_light};
+pub(super) use scene::{camera, load_light, scene};
 use wedge::Wedge;
 
 #[derive(Args)]

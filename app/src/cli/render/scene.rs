@@ -82,7 +82,7 @@ pub(in crate::cli) fn load_light(
 }
 
 /// A renderer that holds the document.
-pub(super) fn scene(
+pub(in crate::cli) fn scene(
     gpu: &Gpu,
     document: &Document,
     lighting: &Lighting,
