@@ -54,7 +54,11 @@ impl Blurred {
     fn factors(&self, patch: &Patch) -> [[f32; PATCH]; MOVES] {
         // d/dt of kappa (d . x - 1) is kappa t . x; d ln C / d ln kappa = 1 - 2 kappa / (exp(2 kappa) - 1).
         let kappa = self.kappa as f32;
-        let across = |tangent: DVec3| patch.cosines(tangent.as_vec3()).map(|cosine| kappa * (cosine + 1.0));
+        let across = |tangent: DVec3| {
+            patch
+                .cosines(tangent.as_vec3())
+                .map(|cosine| kappa * (cosine + 1.0))
+        };
         let by_peak = (1.0 - 2.0 * self.kappa / (2.0 * self.kappa).min(700.0).exp_m1()) as f32;
         let slope = self.slope as f32;
         let wider = patch
@@ -109,7 +113,11 @@ impl<'a> Values<'a> {
                 .enumerate()
                 .filter_map(|(k, lobe)| lobe.values(patch, weights).map(|values| (k, values)))
                 .unzip();
-            let values = DMatrix::from_iterator(PATCH, lobes.len(), values.iter().flatten().copied().map(f64::from));
+            let values = DMatrix::from_iterator(
+                PATCH,
+                lobes.len(),
+                values.iter().flatten().copied().map(f64::from),
+            );
             Seen { lobes, values }
         };
         let patches = target.patches.par_iter().enumerate().map(see).collect();
@@ -148,7 +156,11 @@ impl<'a> Values<'a> {
             let moves = self.moves(index, seen).map(|of_move| of_move.transpose());
             let target = self.target.values.rows(index * PATCH, PATCH);
             let dd = PAIRS.map(|(p, q)| &moves[p] * moves[q].transpose());
-            (dd, moves.each_ref().map(|d| d * &seen.values), moves.each_ref().map(|d| d * target))
+            (
+                dd,
+                moves.each_ref().map(|d| d * &seen.values),
+                moves.each_ref().map(|d| d * target),
+            )
         };
         let parts: Vec<_> = self.patches.par_iter().enumerate().map(part).collect();
 
@@ -191,7 +203,13 @@ impl<'a> Values<'a> {
 const PAIRS: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
 
 /// Adds `part` to the given rows and columns of a block of `sum`.
-fn add(sum: &mut DMatrix<f64>, part: &DMatrix<f64>, rows: &[usize], columns: &[usize], block: (usize, usize)) {
+fn add(
+    sum: &mut DMatrix<f64>,
+    part: &DMatrix<f64>,
+    rows: &[usize],
+    columns: &[usize],
+    block: (usize, usize),
+) {
     for (q, column) in columns.iter().enumerate() {
         let mut to = sum.column_mut(block.1 + column);
         for (row, value) in rows.iter().zip(part.column(q).iter()) {

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::error::Refusal;
 use super::InputError;
+use super::error::Refusal;
 
 /// The maps (.hdr, .exr) of a folder in the order of their names, where "2" comes before "10".
 ///

@@ -296,7 +296,8 @@ mod tests {
                 .expect("an integral")
                 .sum();
             let wanted = DVec3::from_array(wanted);
-            let error = (Scattering::new(strand).expect("a sound fibre").under(&[map])[0] - wanted).length() / wanted.length();
+            let error = (Scattering::new(strand).expect("a sound fibre").under(&[map])[0] - wanted).length()
+                / wanted.length();
             assert!(error < 0.005, "{error}");
         }
     }

@@ -13,6 +13,7 @@ use clap::Args;
 use glam::{DVec3, Vec3};
 
 use super::end_to_end;
+use super::light_steps;
 use super::plot::{Plot, Series};
 use super::report::{Cell, Report, Table};
 use crate::Problem;
@@ -35,7 +36,10 @@ pub(super) struct LightsArgs {
     /// Fits of each kind of which the fastest counts.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100))]
     runs: u32,
-    /// Lights of --end-to-end.
+    /// Instead of the table of methods: every map turned by 3 degrees and blended into the next, each step fitted from the lights before.
+    #[arg(long, conflicts_with = "end_to_end")]
+    sequence: bool,
+    /// Lights of --end-to-end and --sequence.
     #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_LIGHTS as u32)))]
     light_count: u32,
     /// Instead of the table of methods: radiance of N random fibres under fitted lights (standard quality, R, TT and TRT, on the
@@ -106,6 +110,11 @@ pub(super) fn run(args: &LightsArgs, console: &mut Console<'_>) -> Result<(), Cl
 
     if let Some(count) = args.end_to_end {
         return run_end_to_end(args, count, &maps, console);
+    }
+    if args.sequence {
+        let report = light_steps::run(&maps, args.light_count as usize, args.seed, console)?;
+        report.write(&args.output)?;
+        return Ok(console.result(report.json(), &report.text())?);
     }
     let ways = Way::all();
     let progress = console.progress((maps.len() * ways.len()) as u64, "fitting");
