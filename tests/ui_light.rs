@@ -308,38 +308,6 @@ fn a_light_is_added_widened_and_moved_by_its_handle() {
     assert!(lights(&harness).constant != Vec3::ZERO);
 }
 
-/// A target error takes the place of the count: as few lights as reach it, one undo entry, saved with the project.
-#[test]
-fn lights_are_as_many_as_a_target_error_asks_for() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = sequence(folder.path());
-    let mut harness = editor(&path);
-    assert_eq!(lights(&harness).lights.len(), 4);
-    let frames = harness.state().frames_shown();
-    click(&mut harness, "Lights by error");
-    settle(&mut harness, frames);
-    let slider = harness.get_all_by_label("Hair error").next().unwrap();
-    let frames = harness.state().frames_shown();
-    slider.set_value_accesskit(20.0);
-    harness.step();
-    settle(&mut harness, frames);
-    let target = settings(&harness).target_error.unwrap();
-    assert!((target - 0.2).abs() < 1e-3, "{target}");
-    let few = lights(&harness).lights.len();
-    assert!(few < 4, "{few} lights");
-
-    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
-    harness.step();
-    assert!(fs::read_to_string(&path).unwrap().contains("target_error"));
-    for _ in 0..2 {
-        undo(&mut harness);
-    }
-    assert_eq!(settings(&harness).target_error, None);
-    let frames = harness.state().frames_shown();
-    settle(&mut harness, frames.saturating_sub(1));
-    assert_eq!(lights(&harness).lights.len(), 4);
-}
-
 /// A sequence plays: every map in turn, fitted in the background while the window goes on; pause, step, edits stay.
 #[test]
 fn a_sequence_plays_pauses_and_steps() {
