@@ -1,13 +1,13 @@
 //! SRBF lights: laws of their integral, rotation and file; laws, figures and determinism of the fit.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 use std::path::Path;
 
 use balayage_render::light::{
     EnvironmentMap, Fit, FitError, FitSettings, GradientSky, HairKernel, HairProbe, Harmonics, LightSet,
-    Objective, PRESETS, Preset, Sequence, SrbfLight, fit, fit_lights, fit_to_error, preview,
+    Objective, PRESETS, Preset, SrbfLight, Work, fit, fit_counted, fit_lights, fit_to_error, preview,
 };
 use balayage_tests::{POISON, damage, random, repository, test_data};
 use glam::{Quat, Vec3};
@@ -287,24 +287,17 @@ fn assert_forty_are_enough(name: &str, map: &EnvironmentMap) -> f64 {
 }
 
 #[test]
-fn forty_lights_are_enough_for_the_samples() {
-    for name in ["city", "studio", "sunrise"] {
-        assert_forty_are_enough(name, &sample(name));
-    }
+fn forty_lights_are_enough_for_a_sun() {
+    // One with a sun; `bench lights` measures all.
+    assert_forty_are_enough("sunrise", &sample("sunrise"));
 }
 
 #[test]
-fn forty_lights_are_enough_for_the_fetched_maps() {
-    for name in [
-        "aristea_wreck_puresky",
-        "kloppenheim_05",
-        "st_peters_square_night",
-    ] {
-        let Some(path) = test_data(&format!("fetched/env/ph_{name}_512x256.hdr")) else {
-            return;
-        };
-        assert_forty_are_enough(name, &EnvironmentMap::read(&path).unwrap().0);
-    }
+fn forty_lights_are_enough_for_lamps_at_night() {
+    let Some(path) = test_data("fetched/env/ph_st_peters_square_night_512x256.hdr") else {
+        return;
+    };
+    assert_forty_are_enough("st_peters_square_night", &EnvironmentMap::read(&path).unwrap().0);
 }
 
 #[test]
@@ -556,6 +549,68 @@ fn damaged_light_lists_are_refused_or_sound() {
     assert!(refused > 100, "{refused} refused");
 }
 
+#[test]
+fn a_change_beyond_recognition_gets_more_work() {
+    let (city, sunrise) = (sample("city"), sample("sunrise"));
+    let settings = FitSettings {
+        count: 12,
+        ..FitSettings::default()
+    };
+    let old = fit_lights(&city, &settings, GO_ON).unwrap();
+    let warm = |map: &EnvironmentMap| {
+        let settings = FitSettings {
+            from: Some(&old),
+            ..settings
+        };
+        fit_counted(map, &settings, GO_ON).unwrap()
+    };
+    let (_, gentle): (_, Work) = warm(&mixed(&city, &sunrise, 0.04));
+    let (lights, abrupt) = warm(&sunrise);
+    assert!(gentle.evaluations <= 16 && gentle.births <= 3, "{gentle:?}");
+    assert!(abrupt.evaluations > gentle.evaluations, "{abrupt:?}");
+
+    // What the city left behind is gone: the new lights are about as good as those of a fit from nothing.
+    let probe = HairProbe::new(
+        &sunrise,
+        HairKernel {
+            fibres: 60,
+            ..HairKernel::default()
+        },
+    );
+    let cold = fit_lights(&sunrise, &settings, GO_ON).unwrap();
+    let (warm, cold) = (probe.error(&lights), probe.error(&cold));
+    assert!(warm < 2.0 * cold, "{warm} {cold}");
+}
+
+#[test]
+fn no_long_work_lies_between_two_calls_of_progress() {
+    let map = sample("city");
+    let cold = FitSettings {
+        count: 10,
+        ..FitSettings::default()
+    };
+    let old = fit_lights(&map, &cold, GO_ON).unwrap();
+    let warm = FitSettings {
+        from: Some(&old),
+        ..cold
+    };
+    for settings in [cold, warm] {
+        let calls = Cell::new(0);
+        let count = |_| {
+            calls.set(calls.get() + 1);
+            ControlFlow::Continue(())
+        };
+        let (_, work) = fit_counted(&map, &settings, &count).unwrap();
+        // The first evaluation comes before any step.
+        let asked = calls.get();
+        assert!(
+            work.evaluations <= asked + 1 && work.births < asked,
+            "{work:?}, {asked} calls"
+        );
+        assert!(work.evaluations > 10, "{work:?}");
+    }
+}
+
 /// Every pixel of `a` and `b` mixed by `share` of `b`.
 fn mixed(a: &EnvironmentMap, b: &EnvironmentMap, share: f32) -> EnvironmentMap {
     let mix = |(p, q): (&Vec3, &Vec3)| p.lerp(*q, share);
@@ -573,11 +628,15 @@ fn a_blend_is_followed_without_flicker() {
         ..HairKernel::default()
     };
     let ends = [&city, &sunrise].map(|map| HairProbe::new(map, kernel));
-    let mut sequence = Sequence::new(40, 0, None);
+    let mut last: Option<LightSet> = None;
     let mut differences: Vec<Vec<glam::DVec3>> = Vec::new();
     for step in 9..14 {
         let share = step as f32 / 24.0;
-        let lights = sequence.step(&mixed(&city, &sunrise, share), GO_ON).unwrap();
+        let settings = FitSettings {
+            from: last.as_ref(),
+            ..FitSettings::default()
+        };
+        let lights = fit_lights(&mixed(&city, &sunrise, share), &settings, GO_ON).unwrap();
         let wanted = ends[0].map_radiance().iter().zip(ends[1].map_radiance());
         let relative = |(fitted, (a, b)): (&glam::DVec3, (&glam::DVec3, &glam::DVec3))| {
             let wanted = a.lerp(*b, f64::from(share));
@@ -585,12 +644,13 @@ fn a_blend_is_followed_without_flicker() {
         };
         differences.push(
             ends[0]
-                .radiance(lights)
+                .radiance(&lights)
                 .iter()
                 .zip(wanted)
                 .map(relative)
                 .collect(),
         );
+        last = Some(lights);
     }
     let rms = |values: &mut dyn Iterator<Item = glam::DVec3>| {
         let (sum, count) = values.fold((0.0, 0), |(sum, count), v| (sum + v.length_squared(), count + 1));
@@ -604,16 +664,6 @@ fn a_blend_is_followed_without_flicker() {
         let flicker = rms(&mut (0..kernel.fibres).map(second));
         assert!(flicker < 0.006, "{flicker}");
     }
-}
-
-#[test]
-fn a_cancelled_step_keeps_the_last_lights() {
-    let map = sample("studio");
-    let mut sequence = Sequence::new(5, 0, None);
-    let first = sequence.step(&map, GO_ON).unwrap().clone();
-    let cancelled = sequence.step(&sample("city"), &|_| ControlFlow::Break(()));
-    assert_eq!(cancelled, Err(FitError::Cancelled));
-    assert_eq!(sequence.lights(), Some(&first));
 }
 
 #[test]

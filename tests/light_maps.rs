@@ -1,9 +1,10 @@
 //! Environment map readers: every variant that is read, every one that is refused, repairs, and damaged files.
 
 use std::io::Cursor;
+use std::ops::ControlFlow;
 use std::path::Path;
 
-use balayage_render::light::{EnvironmentMap, InputError, MapReport};
+use balayage_render::light::{EnvironmentMap, FitSettings, InputError, LightSet, MapReport, fit_lights};
 use balayage_tests::{damage, repository, test_data};
 use exr::prelude::*;
 use glam::Vec3;
@@ -239,6 +240,39 @@ fn exr_variants_read() {
     let (map, report) = read(&exr_parts(&[&[("a.B", true), ("a.G", true), ("a.R", true)]])).unwrap();
     assert_eq!(map.pixels[0], Vec3::new(2.0, 1.0, 0.0));
     assert!(report.warnings[0].contains("a.R"), "{:?}", report.warnings);
+}
+
+#[test]
+fn files_of_one_pixel_and_of_one_bright_pixel_read_and_fit() {
+    let fitted = |map: &EnvironmentMap, count| {
+        let settings = FitSettings {
+            count,
+            ..FitSettings::default()
+        };
+        fit_lights(map, &settings, &|_| ControlFlow::Continue(())).unwrap()
+    };
+    let one_pixel = [header("#?RADIANCE\n", "-Y 1 +X 1"), vec![128, 64, 32, 129]].concat();
+    let (map, report) = read(&one_pixel).unwrap();
+    assert_eq!(
+        (map.width, map.height, map.pixels[0]),
+        (1, 1, Vec3::new(1.0, 0.5, 0.25))
+    );
+    assert!(
+        report.warnings[0].contains("twice as wide"),
+        "{:?}",
+        report.warnings
+    );
+    assert_eq!(fitted(&map, 4), LightSet::uniform(map.pixels[0]));
+
+    // A sun of one pixel: its place and energy come through the file and the fit.
+    let sun = |x: usize, y: usize| Vec3::splat(if (x, y) == (20, 30) { 1e6 } else { 0.1 });
+    let (map, report) = read(&exr_bytes(256, 128, Compression::ZIP16, sun)).unwrap();
+    assert_eq!((map.pixels[30 * 256 + 20].x, report.warnings.len()), (1e6, 0));
+    let lights = fitted(&map, 4);
+    let brightest = &lights.lights[0];
+    let towards = map.direction(20, 30).as_vec3();
+    assert!(brightest.direction.angle_between(towards) < 0.01, "{brightest:?}");
+    assert!((lights.energy() / map.energy() - 1.0).abs().max_element() < 0.01);
 }
 
 #[test]

@@ -2,8 +2,9 @@
 
 use std::{
     fmt::Display,
-    io::{self, Write},
-    time::Duration,
+    io::{self, IsTerminal, Write},
+    sync::Mutex,
+    time::{Duration, Instant},
 };
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -60,7 +61,7 @@ impl<'a> Console<'a> {
         }
     }
 
-    /// A bar for `steps` steps; it shows itself on a terminal only and goes when it is dropped.
+    /// A bar for `steps` steps, which goes when it is dropped; where standard error is no terminal, a line now and then.
     pub(super) fn progress(&self, steps: u64, what: &str) -> Progress {
         let bar = if self.json {
             ProgressBar::hidden()
@@ -74,22 +75,38 @@ impl<'a> Console<'a> {
         bar.set_length(steps);
         bar.set_message(what.to_owned());
         bar.enable_steady_tick(Duration::from_millis(200));
-        Progress(bar)
+        let lines = (!self.json && !io::stderr().is_terminal()).then(|| Mutex::new(Instant::now()));
+        Progress { bar, lines }
     }
 }
 
+/// How often a line tells of progress where there is no bar.
+const LINE_PERIOD: Duration = Duration::from_secs(10);
+
 /// A progress bar that is cleared at the end of its scope.
-pub(super) struct Progress(ProgressBar);
+pub(super) struct Progress {
+    bar: ProgressBar,
+    /// When the last line was written, where lines stand for the bar.
+    lines: Option<Mutex<Instant>>,
+}
 
 impl Progress {
     /// `steps` of the length are done.
     pub(super) fn at(&self, steps: u64) {
-        self.0.set_position(steps);
+        self.bar.set_position(steps);
+        let Some(last) = &self.lines else { return };
+        // One thread writes; the others need not wait for it.
+        let Ok(mut last) = last.try_lock() else { return };
+        if last.elapsed() >= LINE_PERIOD {
+            *last = Instant::now();
+            let (what, all) = (self.bar.message(), self.bar.length().unwrap_or(steps));
+            let _ = writeln!(io::stderr(), "{what}: {steps} of {all}");
+        }
     }
 }
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        self.0.finish_and_clear();
+        self.bar.finish_and_clear();
     }
 }

@@ -1,6 +1,6 @@
 //! What a project may hold: every number finite and in its range, every name unique.
 
-use balayage_render::light::{MAX_BANDWIDTH, PRESETS, SrbfLight};
+use balayage_render::light::{MAX_BANDWIDTH, MAX_LIGHTS, PRESETS, SrbfLight};
 use balayage_render::param::{Channel, LobeRatios};
 use glam::Mat3;
 
@@ -54,13 +54,13 @@ pub(super) fn check_project(project: &Project) -> Result<(), Problem> {
 
 /// Checks what lights the hair.
 pub(super) fn check_light(light: &LightSettings) -> Result<(), Problem> {
-    if !(1..=1024).contains(&light.light_count) {
+    if !(1..=MAX_LIGHTS as u32).contains(&light.light_count) {
         let reason = format!("{} lights", light.light_count);
-        return Err(Problem::at(
-            "light.light_count",
-            reason,
-            "ask for 1 to 1024 lights",
-        ));
+        let remedy = format!("ask for 1 to {MAX_LIGHTS} lights");
+        return Err(Problem::at("light.light_count", reason, remedy));
+    }
+    if let Some(target) = light.target_error {
+        within("light.target_error", target, 1e-6..=1.0)?;
     }
     within("light.rotation_deg", light.rotation_deg, -36_000.0..=36_000.0)?;
     within("light.exposure_ev", light.exposure_ev, -30.0..=30.0)?;

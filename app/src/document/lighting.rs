@@ -9,7 +9,7 @@ use std::{
 
 use balayage_render::light::{
     EnvironmentMap, FitSettings, GradientSky, HairKernel, HairProbe, InputError, LightSet, MapReport,
-    Picture, Preset, fit_lights, panorama,
+    Picture, Preset, fit_lights, fit_to_error, panorama,
 };
 use glam::Vec3;
 
@@ -38,6 +38,13 @@ pub struct Lighting {
     pub warnings: Vec<String>,
 }
 
+/// What is asked of a fit.
+struct Wanted<'a> {
+    settings: FitSettings<'a>,
+    /// Hair error to reach with as few lights as it takes.
+    target: Option<f64>,
+}
+
 /// How well fitted lights stand for their map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitReport {
@@ -61,11 +68,18 @@ impl Lighting {
         resolve: impl Fn(&str) -> PathBuf,
         progress: &dyn Fn(f64) -> ControlFlow<()>,
     ) -> Result<Self, Problem> {
-        let fit = FitSettings {
-            count: project.light.light_count as usize,
+        // Within a sequence the first map decides how many lights reach the target: a count that changed would flicker.
+        let most = project.light.light_count as usize;
+        let (count, target) = match (project.light.target_error, from) {
+            (Some(_), Some(from)) => (from.lights.len().clamp(1, most), None),
+            (target, _) => (most, target.map(f64::from)),
+        };
+        let settings = FitSettings {
+            count,
             from,
             ..FitSettings::default()
         };
+        let fit = Wanted { settings, target };
         let of_file = |reference: &str| {
             let file = resolve(reference);
             let read = match builtin::bytes(reference) {
@@ -111,12 +125,15 @@ impl Lighting {
     fn fitted(
         (map, report): (EnvironmentMap, MapReport),
         name: &Path,
-        fit: &FitSettings<'_>,
+        fit: &Wanted<'_>,
         progress: &dyn Fn(f64) -> ControlFlow<()>,
     ) -> Result<Self, Problem> {
         let start = Instant::now();
-        let lights = fit_lights(&map, fit, progress)
-            .map_err(|e| Problem::at("", e.to_string(), "start it again").in_file(name))?;
+        let lights = match fit.target {
+            Some(target) => fit_to_error(&map, target, &fit.settings, progress).map(|fit| fit.lights),
+            None => fit_lights(&map, &fit.settings, progress),
+        }
+        .map_err(|e| Problem::at("", e.to_string(), "start it again").in_file(name))?;
         Ok(Self {
             lights,
             map: Some(Arc::new(map)),
@@ -177,7 +194,7 @@ impl LightSettings {
             (Environment::Sequence(a), Environment::Sequence(b)) => a.maps == b.maps,
             (a, b) => a == b,
         };
-        same_environment && self.light_count == other.light_count
+        same_environment && (self.light_count, self.target_error) == (other.light_count, other.target_error)
     }
 }
 

@@ -170,8 +170,11 @@ fn usual_fps() -> f32 {
 pub struct LightSettings {
     /// Where light comes from.
     pub environment: Environment,
-    /// SRBF lights that are fitted to a map.
+    /// SRBF lights that are fitted to a map; with a `target_error` the most of them.
     pub light_count: u32,
+    /// Hair error that as few lights as possible are fitted for, a fraction; none for `light_count` lights.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub target_error: Option<f32>,
     /// Rotation about the vertical axis, degrees; positive turns the map's centre towards its right edge.
     pub rotation_deg: f32,
     /// Exposure in stops: radiance times 2 to this power.
@@ -190,6 +193,7 @@ impl Default for LightSettings {
         Self {
             environment: Environment::Sky,
             light_count: 40,
+            target_error: None,
             rotation_deg: 0.0,
             exposure_ev: 0.0,
             tint: [1.0; 3],

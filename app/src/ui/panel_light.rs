@@ -6,6 +6,9 @@ use egui::{Context, Slider, TextureHandle, TextureOptions, TextureWrapMode, Ui};
 use super::{Command, Editor, job::Job, light_map::Grab, sequence::Playing};
 use crate::document::{Edit, Environment, FitReport, LightId, LightSettings};
 
+/// Hair error that a target starts with, a fraction.
+const USUAL_TARGET: f32 = 0.01;
+
 /// What the light tab keeps between frames; no part of the project.
 #[derive(Default)]
 pub(super) struct LightTab {
@@ -25,8 +28,8 @@ pub(super) struct LightTab {
     pub(super) panorama: Option<TextureHandle>,
     report: Option<FitReport>,
     measuring: Option<Job<Option<FitReport>>>,
-    /// A number of lights that is being dragged.
-    wanted_count: Option<u32>,
+    /// A number of lights and a target error that are being dragged.
+    wanted: Option<(u32, Option<f32>)>,
 }
 
 impl LightTab {
@@ -183,34 +186,78 @@ impl Editor {
         });
     }
 
-    /// A new count means a new fit: it waits until the slider is released.
+    /// How many lights, or how good they are to be. Either means a new fit: it waits until the slider is released.
     fn light_count(&mut self, ui: &mut Ui, light: &LightSettings) {
-        let is_fitted = matches!(
-            light.environment,
-            Environment::Sky | Environment::Map(_) | Environment::Sequence(_)
-        );
-        let mut count = self.light_tab.wanted_count.unwrap_or(light.light_count);
-        let slider = ui
-            .add_enabled(is_fitted, Slider::new(&mut count, 1..=100).text("Lights"))
-            .on_hover_text("Lights that stand for the map: more are finer and slower. Double-click: 40");
-        if slider.double_clicked() {
-            count = LightSettings::default().light_count;
-        }
-        self.light_tab.wanted_count = (count != light.light_count).then_some(count);
-        if self.light_tab.wanted_count.is_some() && !slider.dragged() {
-            self.light_tab.wanted_count = None;
+        let is_fitted = self
+            .lighting
+            .as_ref()
+            .is_some_and(|lighting| lighting.map.is_some());
+        let present = (light.light_count, light.target_error);
+        let (mut count, mut target) = self.light_tab.wanted.unwrap_or(present);
+        let mut dragged = false;
+        ui.add_enabled_ui(is_fitted, |ui| {
+            let mut by_error = target.is_some();
+            let hint = "As few lights as reach a hair error, instead of a number of them";
+            if ui
+                .checkbox(&mut by_error, "Lights by error")
+                .on_hover_text(hint)
+                .changed()
+            {
+                target = by_error.then_some(USUAL_TARGET);
+            }
+            if let Some(target) = &mut target {
+                let mut percent = 100.0 * *target;
+                let slider = Slider::new(&mut percent, 0.1..=20.0)
+                    .logarithmic(true)
+                    .suffix(" %")
+                    .text("Hair error");
+                let slider = ui.add(slider).on_hover_text(
+                    "Error of the light on random fibres (RMS) that is good enough. Double-click: 1 %",
+                );
+                if slider.double_clicked() {
+                    *target = USUAL_TARGET;
+                } else if slider.changed() {
+                    *target = percent / 100.0;
+                }
+                dragged |= slider.dragged();
+            }
+            let (text, hint) = if target.is_some() {
+                (
+                    "Most lights",
+                    "No more lights than this, even if the error stays higher. Double-click: 40",
+                )
+            } else {
+                (
+                    "Lights",
+                    "Lights that stand for the map: more are finer and slower. Double-click: 40",
+                )
+            };
+            let slider = ui
+                .add(Slider::new(&mut count, 1..=100).text(text))
+                .on_hover_text(hint);
+            if slider.double_clicked() {
+                count = LightSettings::default().light_count;
+            }
+            dragged |= slider.dragged();
+        });
+        self.light_tab.wanted = ((count, target) != present).then_some((count, target));
+        if self.light_tab.wanted.is_some() && !dragged {
+            self.light_tab.wanted = None;
             self.edit(Edit::SetLight(LightSettings {
                 light_count: count,
+                target_error: target,
                 ..light.clone()
             }));
         }
     }
 
     fn fit_report(&self, ui: &mut Ui) {
-        let Some(seconds) = self.lighting.as_ref().and_then(|lighting| lighting.fit_seconds) else {
+        let Some(lighting) = &self.lighting else { return };
+        let Some(seconds) = lighting.fit_seconds else {
             return;
         };
-        let mut text = format!("Fitted in {:.0} ms", 1e3 * seconds);
+        let count = lighting.lights.lights.len();
+        let mut text = format!("{count} lights fitted in {:.0} ms", 1e3 * seconds);
         match self.light_tab.report {
             Some(FitReport {
                 hair_error,

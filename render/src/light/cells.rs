@@ -16,11 +16,11 @@ pub(super) struct Cell {
     pub mean: DVec3,
 }
 
-/// Sums the pixels of a map into `2 * rows` by `rows` cells and leaves out the black ones.
+/// Sums the pixels of a map into `rows` rows of cells, `2 * rows` at the equator and fewer towards the poles so that all are about
+/// square, and leaves out the black ones.
 ///
-/// Energy per channel is kept exactly; the map must have at least as many pixels as there are cells.
+/// Energy per channel is kept exactly; the map must have at least `2 * rows` by `rows` pixels.
 pub(super) fn cells(map: &EnvironmentMap, rows: usize) -> Vec<Cell> {
-    let columns = 2 * rows;
     let (sin, cos): (Vec<f64>, Vec<f64>) = (0..map.width)
         .map(|x| (std::f64::consts::TAU * (x as f64 + 0.5) / map.width as f64).sin_cos())
         .unzip();
@@ -28,6 +28,8 @@ pub(super) fn cells(map: &EnvironmentMap, rows: usize) -> Vec<Cell> {
     // A row of cells takes the pixel rows whose centres lie in it, so that no pixel counts twice.
     let first_row = |row: usize| (row * map.height).div_ceil(rows);
     let cell_row = |row: usize| {
+        let around = (std::f64::consts::PI * (row as f64 + 0.5) / rows as f64).sin();
+        let columns = (2.0 * rows as f64 * around).ceil() as usize;
         let empty = Cell {
             energy: DVec3::ZERO,
             mass: 0.0,

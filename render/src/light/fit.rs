@@ -9,7 +9,7 @@ use rand_pcg::Pcg64Mcg;
 
 use super::cells::{cells, uniform_radiance};
 use super::mixture::{self, Lobe};
-use super::refine::{Effort, refine};
+use super::refine::{Effort, Work, refine};
 use super::sight::{Sight, Target};
 use super::srbf::solid_angle;
 use super::{EnvironmentMap, HairKernel, HairProbe, LightSet, SrbfLight, luminance};
@@ -36,12 +36,14 @@ const COLD_REFINEMENT: Effort = Effort {
     swaps: 10,
     per_swap: 3,
     after: 14,
+    rounds: 1,
 };
 const WARM_REFINEMENT: Effort = Effort {
     before: 3,
     swaps: 3,
     per_swap: 2,
     after: 3,
+    rounds: 4,
 };
 
 /// What the fit minimises.
@@ -192,7 +194,8 @@ fn reported(map: &EnvironmentMap, lights: LightSet, hair_error: f64, seconds: f6
     }
 }
 
-/// Fits lights to a map without the report, which takes longer than the fit: what an animated environment calls per step.
+/// Fits lights to a map without the report, which takes longer than the fit: what an animated environment calls per step, from the
+/// lights of the step before.
 ///
 /// # Errors
 /// As [`fit`].
@@ -201,11 +204,23 @@ pub fn fit_lights(
     settings: &FitSettings,
     progress: Progress,
 ) -> Result<LightSet, FitError> {
+    fit_counted(map, settings, progress).map(|(lights, _)| lights)
+}
+
+/// As [`fit_lights`], with the work it took.
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_counted(
+    map: &EnvironmentMap,
+    settings: &FitSettings,
+    progress: Progress,
+) -> Result<(LightSet, Work), FitError> {
     if !(1..=MAX_LIGHTS).contains(&settings.count) {
         return Err(FitError::Count(settings.count));
     }
     if let Some(radiance) = uniform_radiance(map) {
-        return Ok(LightSet::uniform(radiance));
+        return Ok((LightSet::uniform(radiance), Work::default()));
     }
     let go_on = |done: f64| {
         if progress(done).is_break() {
@@ -250,10 +265,12 @@ pub fn fit_lights(
         Objective::Relative => Sight::HAIR,
         Objective::L2 => Sight::L2,
     };
+    go_on(0.1)?;
+    let mut work = Work::default();
     if let Some(target) = Target::new(&fine, sight) {
-        lobes = refine(&target, lobes, range, refinement, |done| go_on(0.1 + 0.9 * done))?;
+        (lobes, work) = refine(&target, lobes, range, refinement, |done| go_on(0.1 + 0.9 * done))?;
     }
-    Ok(light_set(&lobes))
+    Ok((light_set(&lobes), work))
 }
 
 /// kappa = 2 / lambda^2.

@@ -5,7 +5,8 @@
 //!
 //! The way of a map: a file is read by `radiance_hdr` or `open_exr` and cleaned into an [`EnvironmentMap`]; [`fit()`] turns it
 //! into a [`LightSet`] (`cells` sums energy, `mixture` seeds by expectation maximisation, `refine` minimises the relative
-//! residual); a [`Sequence`] does so frame after frame, each from the lights before. [`HairProbe`] says what hair will see of the difference, and [`preview()`] what an eye will.
+//! residual through `products`); the [`frames()`] of a sequence are fitted each from the lights of the one before. [`HairProbe`] says
+//! what hair will see of the difference, and [`preview()`] what an eye will.
 
 mod cells;
 mod error;
@@ -19,6 +20,7 @@ mod nnls;
 mod open_exr;
 mod preset;
 mod preview;
+mod products;
 mod radiance_hdr;
 mod refine;
 mod sequence;
@@ -30,13 +32,16 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use error::InputError;
-pub use fit::{Fit, FitError, FitSettings, MAX_LIGHTS, Objective, Progress, fit, fit_lights, fit_to_error};
+pub use fit::{
+    Fit, FitError, FitSettings, MAX_LIGHTS, Objective, Progress, fit, fit_counted, fit_lights, fit_to_error,
+};
 pub use hair::{HairKernel, HairProbe};
 pub use harmonics::Harmonics;
 pub use map::{MAX_PIXELS, MapReport};
 pub use preset::{GradientSky, PRESETS, Preset};
 pub use preview::{Picture, panorama, preview};
-pub use sequence::{Sequence, frames};
+pub use refine::Work;
+pub use sequence::frames;
 pub use srbf::{MAX_BANDWIDTH, luminance};
 
 /// One spherical radial basis function: radiance * exp(2 (w . direction - 1) / bandwidth^2), peak 1 (Xu 2011, Eq 1).

@@ -4,68 +4,21 @@
 //! brightness: hair sees light through lobes at least that wide and is judged relative to its own radiance. Energies are the
 //! solution of a non-negative linear problem at every step; centres and concentrations are what the loop moves.
 
+use std::cell::Cell;
+
 use glam::{DVec3, Vec3};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::mixture::{Lobe, concentration, peak, resultant_length, resultant_slope};
+use super::mixture::Lobe;
 use super::nnls::{self, Solution};
-use super::sight::{PATCH, Patch, Target, decay};
-
-/// A lobe of unit integral after the blur, at concentration kappa'.
-struct Blurred {
-    direction: DVec3,
-    kappa: f64,
-    peak: f64,
-    /// d ln kappa' / d ln kappa.
-    slope: f64,
-    /// Two unit vectors across the direction.
-    tangents: [DVec3; 2],
-}
-
-impl Blurred {
-    fn new(lobe: &Lobe, blur: f64) -> Self {
-        // Blurring multiplies the mean resultant lengths of light and blur.
-        let blur = resultant_length(2.0 / (blur * blur));
-        let kappa = concentration(resultant_length(lobe.kappa) * blur);
-        let slope = resultant_slope(lobe.kappa) * blur / resultant_slope(kappa) * lobe.kappa / kappa;
-        let (s, t) = lobe.direction.any_orthonormal_pair();
-        Self {
-            direction: lobe.direction,
-            kappa,
-            peak: peak(kappa),
-            slope,
-            tangents: [s, t],
-        }
-    }
-
-    /// Values at the points of a patch, times `weights`; none where they are negligible.
-    fn values(&self, patch: &Patch, weights: &[f32]) -> Option<[f32; PATCH]> {
-        let (direction, kappa) = (self.direction.as_vec3(), self.kappa as f32);
-        if !patch.sees(direction, patch.horizon(kappa)) {
-            return None;
-        }
-        let peak = self.peak as f32;
-        let mut values = patch.cosines(direction);
-        for (value, weight) in values.iter_mut().zip(weights) {
-            *value = peak * weight * decay(kappa * *value);
-        }
-        Some(values)
-    }
-}
-
-/// All products of values, derivatives and target that one step needs.
-struct Products {
-    /// Z' Z for Z = [values of K lobes | 3 K derivatives].
-    zz: DMatrix<f64>,
-    /// Z' Y for the target Y, rgb.
-    zy: DMatrix<f64>,
-}
+use super::products::{Blurred, Products, Slopes, Values};
+use super::sight::{PATCH, Patch, Target};
 
 /// The lobes with their best energies and what that costs.
-struct State {
+struct State<'a> {
     lobes: Vec<Lobe>,
-    products: Products,
+    values: Values<'a>,
     solutions: Vec<Solution>,
     cost: f64,
 }
@@ -76,91 +29,13 @@ const BIRTH: f64 = 100.0;
 /// Every this many points are tried as the place of a birth.
 const BIRTH_STRIDE: usize = 3;
 
-/// Derivatives per lobe: along both tangents (radians) and by ln kappa.
-const MOVES: usize = 3;
-
-/// Those of the lobes that reach a patch, with their values and derivatives there, a column each.
-fn columns(patch: &Patch, weights: &[f32], blurred: &[Blurred]) -> (Vec<usize>, DMatrix<f64>) {
-    let (lobes, values): (Vec<usize>, Vec<[f32; PATCH]>) = blurred
-        .iter()
-        .enumerate()
-        .filter_map(|(k, lobe)| lobe.values(patch, weights).map(|values| (k, values)))
-        .unzip();
-    let mut z = DMatrix::zeros(PATCH, lobes.len() * (1 + MOVES));
-    let mut fill = |column: usize, values: &[f32; PATCH], factors: &[f32; PATCH]| {
-        for ((z, value), factor) in z.column_mut(column).iter_mut().zip(values).zip(factors) {
-            *z = f64::from(value * factor);
-        }
-    };
-    for (j, (k, values)) in lobes.iter().zip(&values).enumerate() {
-        let lobe = &blurred[*k];
-        let kappa = lobe.kappa as f32;
-        fill(j, values, &[1.0; PATCH]);
-
-        // d/dt of kappa (d . x - 1) is kappa t . x.
-        let first = lobes.len() + MOVES * j;
-        for (side, tangent) in lobe.tangents.iter().enumerate() {
-            let factors = patch
-                .cosines(tangent.as_vec3())
-                .map(|cosine| kappa * (cosine + 1.0));
-            fill(first + side, values, &factors);
-        }
-
-        // d ln C / d ln kappa = 1 - 2 kappa / (exp(2 kappa) - 1).
-        let by_peak = (1.0 - 2.0 * lobe.kappa / (2.0 * lobe.kappa).min(700.0).exp_m1()) as f32;
-        let slope = lobe.slope as f32;
-        let factors = patch
-            .cosines(lobe.direction.as_vec3())
-            .map(|cosine| (kappa * cosine + by_peak) * slope);
-        fill(first + 2, values, &factors);
-    }
-    (lobes, z)
-}
-
-impl Products {
-    fn new(target: &Target, blurred: &[Blurred]) -> Self {
-        let part = |(index, patch): (usize, &Patch)| {
-            let weights = &target.weights[index * PATCH..][..PATCH];
-            let (lobes, z) = columns(patch, weights, blurred);
-            let transposed = z.transpose();
-            let zy = &transposed * target.values.rows(index * PATCH, PATCH);
-            (lobes, transposed * z, zy)
-        };
-        let parts: Vec<_> = target.patches.par_iter().enumerate().map(part).collect();
-
-        // Patches are added one after the other, so that sums do not depend on the number of threads.
-        let size = blurred.len() * (1 + MOVES);
-        let mut sum = Self {
-            zz: DMatrix::zeros(size, size),
-            zy: DMatrix::zeros(size, 3),
-        };
-        for (lobes, zz, zy) in parts {
-            let moves = lobes
-                .iter()
-                .flat_map(|k| (0..MOVES).map(move |p| blurred.len() + MOVES * k + p));
-            let place: Vec<usize> = lobes.iter().copied().chain(moves).collect();
-            for (q, to) in place.iter().enumerate() {
-                let mut column = sum.zz.column_mut(*to);
-                for (p, to) in place.iter().enumerate() {
-                    column[*to] += zz[(p, q)];
-                }
-                for c in 0..3 {
-                    sum.zy[(*to, c)] += zy[(q, c)];
-                }
-            }
-        }
-        sum
-    }
-}
-
-impl State {
-    fn new(target: &Target, mut lobes: Vec<Lobe>) -> Self {
-        let blurred: Vec<Blurred> = lobes.iter().map(|lobe| Blurred::new(lobe, target.blur)).collect();
-        let products = Products::new(target, &blurred);
+impl<'a> State<'a> {
+    fn new(target: &'a Target, mut lobes: Vec<Lobe>) -> Self {
+        let values = Values::new(target, &lobes);
+        let Products { zz: mut gram, zy } = values.products();
         let count = lobes.len();
 
         // The row of the energy sees every lobe with its unit integral; a trace of ridge separates lobes that coincide.
-        let mut gram = products.zz.view((0, 0), (count, count)).into_owned();
         gram.add_scalar_mut(target.energy_weight * target.energy_weight);
         let ridge = 1e-9 * gram.trace() / count as f64;
         for k in 0..count {
@@ -171,11 +46,7 @@ impl State {
         let mut solutions = Vec::with_capacity(3);
         for c in 0..3 {
             let y = target.energy[c];
-            let b = products
-                .zy
-                .view((0, c), (count, 1))
-                .column(0)
-                .add_scalar(target.energy_weight * y);
+            let b = zy.column(c).add_scalar(target.energy_weight * y);
             let free: Vec<bool> = lobes.iter().map(|lobe| lobe.energy[c] > 0.0).collect();
             let solution = nnls::solve(&gram, &b, &free);
             let yy = target.values.column(c).norm_squared() + y * y;
@@ -187,7 +58,7 @@ impl State {
         }
         Self {
             lobes,
-            products,
+            values,
             solutions,
             cost,
         }
@@ -195,33 +66,34 @@ impl State {
 
     /// Gauss-Newton matrix and gradient by centres and ln kappa, energies projected out.
     fn normal_equations(&self) -> (DMatrix<f64>, DVector<f64>) {
-        let count = self.lobes.len();
-        let moves = count * MOVES;
-        let dd = self.products.zz.view((count, count), (moves, moves));
-        let mut matrix = DMatrix::zeros(moves, moves);
-        let mut gradient = DVector::zeros(moves);
-        for (c, solution) in self.solutions.iter().enumerate() {
-            let d_phi = self.products.zz.view((count, 0), (moves, count));
-            let error = d_phi * &solution.x - self.products.zy.view((count, c), (moves, 1));
+        let Slopes { dd, dz, dy } = self.values.slopes();
+        let (moves, count) = dz.shape();
+        let of_channel = |(c, solution): (usize, &Solution)| {
+            let amplitudes = DVector::from_fn(moves, |p, _| solution.x[p % count]);
+            let gradient = (&dz * &solution.x - dy.column(c)).component_mul(&amplitudes);
 
             // D' (1 - Phi G^-1 Phi') D, over the lobes that are lit in this channel.
-            let mut projected = dd.into_owned();
-            if let Some(factor) = &solution.factor {
-                let phi_d = DMatrix::from_fn(solution.free.len(), moves, |j, p| d_phi[(p, solution.free[j])]);
-                let half = factor.l_dirty().solve_lower_triangular(&phi_d);
-                if let Some(half) = half {
-                    projected -= half.transpose() * &half;
-                }
+            let mut matrix = dd.clone();
+            for (p, mut column) in matrix.column_iter_mut().enumerate() {
+                column.component_mul_assign(&amplitudes);
+                column *= amplitudes[p];
             }
-            for p in 0..moves {
-                let a = solution.x[p / MOVES];
-                gradient[p] += a * error[p];
-                for q in 0..moves {
-                    matrix[(q, p)] += a * solution.x[q / MOVES] * projected[(q, p)];
-                }
+            let half = solution.factor.as_ref().and_then(|factor| {
+                let phi_d = DMatrix::from_fn(solution.free.len(), moves, |j, p| {
+                    dz[(p, solution.free[j])] * amplitudes[p]
+                });
+                factor.l_dirty().solve_lower_triangular(&phi_d)
+            });
+            if let Some(half) = half {
+                matrix.gemm(-1.0, &half.transpose(), &half, 1.0);
             }
-        }
-        (matrix, gradient)
+            (matrix, gradient)
+        };
+        let channels: Vec<_> = self.solutions.par_iter().enumerate().map(of_channel).collect();
+        let zero = (DMatrix::zeros(moves, moves), DVector::zeros(moves));
+        channels
+            .into_iter()
+            .fold(zero, |sum, channel| (sum.0 + channel.0, sum.1 + channel.1))
     }
 }
 
@@ -229,10 +101,10 @@ impl State {
 fn moved(lobes: &[Lobe], step: &DVector<f64>, blur: f64, range: (f64, f64)) -> Vec<Lobe> {
     let one = |(k, lobe): (usize, &Lobe)| {
         let (s, t) = lobe.direction.any_orthonormal_pair();
-        let mut shift = s * step[MOVES * k] + t * step[MOVES * k + 1];
+        let mut shift = s * step[k] + t * step[lobes.len() + k];
         let reach = 0.5 * (2.0 / lobe.kappa + blur * blur).sqrt();
         shift = shift.clamp_length_max(reach);
-        let kappa = (lobe.kappa * step[MOVES * k + 2].clamp(-0.7, 0.7).exp()).clamp(range.0, range.1);
+        let kappa = (lobe.kappa * step[2 * lobes.len() + k].clamp(-0.7, 0.7).exp()).clamp(range.0, range.1);
         Lobe {
             direction: (lobe.direction + shift).normalize(),
             kappa,
@@ -249,74 +121,121 @@ pub(super) struct Effort {
     pub swaps: usize,
     pub per_swap: usize,
     pub after: usize,
+    /// Most rounds of all this; a map that changed beyond recognition needs more than one.
+    pub rounds: usize,
+}
+
+impl Effort {
+    /// Calls of `on_step` in a round.
+    fn steps(&self) -> usize {
+        self.before + self.swaps * (1 + self.per_swap) + self.after
+    }
+}
+
+/// Another round follows one that left less than this share of the squared residual.
+const WORTH_ANOTHER: f64 = 0.3;
+
+/// How often the costly parts of a fit were done; equal on every machine, unlike time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Lights evaluated at all points with the energies that suit them best.
+    pub evaluations: usize,
+    /// Derivatives of all lights by direction and width at all points.
+    pub derivatives: usize,
+    /// Searches for the best place of a new light.
+    pub births: usize,
 }
 
 /// Moves centres, concentrations and energies towards the least blurred relative residual; now and then the lobe that matters
 /// least is put where the residual is largest, and stays there if that pays. `on_step` is told the share done and ends the work
-/// with an error.
+/// with an error; between two calls is at most one evaluation and one of derivatives, or one birth.
 pub(super) fn refine<E>(
     target: &Target,
     lobes: Vec<Lobe>,
     range: (f64, f64),
     effort: Effort,
     on_step: impl Fn(f64) -> Result<(), E>,
-) -> Result<Vec<Lobe>, E> {
-    let total = effort.before + effort.swaps * (1 + effort.per_swap) + effort.after;
-    let mut done = 0;
-    let mut on_step = || {
-        done += 1;
-        on_step((done - 1) as f64 / total as f64)
-    };
-    let mut state = descend(
+) -> Result<(Vec<Lobe>, Work), E> {
+    let total = (effort.rounds * effort.steps()) as f64;
+    let done = Cell::new(0);
+    let mut refinement = Refinement {
         target,
-        State::new(target, lobes),
         range,
-        effort.before,
-        &mut on_step,
-    )?;
-    for _ in 0..effort.swaps {
-        on_step()?;
-        let swapped = State::new(target, swapped(target, &state));
-        let swapped = descend(target, swapped, range, effort.per_swap, &mut on_step)?;
-        if swapped.cost < state.cost {
-            state = swapped;
+        on_step: || on_step(f64::from(done.replace(done.get() + 1)) / total),
+        work: Work::default(),
+    };
+    let mut state = refinement.evaluated(lobes);
+    for _ in 0..effort.rounds {
+        let before = state.cost;
+        state = refinement.round(state, effort)?;
+        if state.cost > WORTH_ANOTHER * before {
+            break;
         }
     }
-    Ok(descend(target, state, range, effort.after, &mut on_step)?.lobes)
+    Ok((state.lobes, refinement.work))
 }
 
-/// Steps of Levenberg-Marquardt.
-fn descend<E>(
-    target: &Target,
-    mut state: State,
+/// A refinement under way.
+struct Refinement<'a, F> {
+    target: &'a Target,
     range: (f64, f64),
-    steps: usize,
-    on_step: &mut impl FnMut() -> Result<(), E>,
-) -> Result<State, E> {
-    let mut damping = 1e-2;
-    for _ in 0..steps {
-        on_step()?;
-        let (mut matrix, gradient) = state.normal_equations();
-        let least = 1e-12 * matrix.diagonal().amax();
-        for p in 0..gradient.len() {
-            matrix[(p, p)] += damping * matrix[(p, p)] + least;
-        }
-        let Some(factor) = matrix.cholesky() else {
-            damping *= 10.0;
-            continue;
-        };
-        let next = State::new(
-            target,
-            moved(&state.lobes, &-factor.solve(&gradient), target.blur, range),
-        );
-        if next.cost < state.cost {
-            state = next;
-            damping = (damping / 4.0).max(1e-7);
-        } else {
-            damping *= 6.0;
-        }
+    /// Asked before every costly part.
+    on_step: F,
+    work: Work,
+}
+
+impl<'a, E, F: Fn() -> Result<(), E>> Refinement<'a, F> {
+    fn evaluated(&mut self, lobes: Vec<Lobe>) -> State<'a> {
+        self.work.evaluations += 1;
+        State::new(self.target, lobes)
     }
-    Ok(state)
+
+    fn round(&mut self, state: State<'a>, effort: Effort) -> Result<State<'a>, E> {
+        let mut state = self.descend(state, effort.before)?;
+        for _ in 0..effort.swaps {
+            (self.on_step)()?;
+            self.work.births += 1;
+            let lobes = swapped(self.target, &state);
+            let swapped = self.evaluated(lobes);
+            let swapped = self.descend(swapped, effort.per_swap)?;
+            if swapped.cost < state.cost {
+                state = swapped;
+            }
+        }
+        self.descend(state, effort.after)
+    }
+
+    /// Steps of Levenberg-Marquardt.
+    fn descend(&mut self, mut state: State<'a>, steps: usize) -> Result<State<'a>, E> {
+        let mut damping = 1e-2;
+        let mut equations = None;
+        for _ in 0..steps {
+            (self.on_step)()?;
+            let (matrix, gradient) = equations.get_or_insert_with(|| {
+                self.work.derivatives += 1;
+                state.normal_equations()
+            });
+            let mut matrix = matrix.clone();
+            let least = 1e-12 * matrix.diagonal().amax();
+            for p in 0..gradient.len() {
+                matrix[(p, p)] += damping * matrix[(p, p)] + least;
+            }
+            let Some(factor) = matrix.cholesky() else {
+                damping *= 10.0;
+                continue;
+            };
+            let step = -factor.solve(gradient);
+            let next = self.evaluated(moved(&state.lobes, &step, self.target.blur, self.range));
+            if next.cost < state.cost {
+                state = next;
+                equations = None;
+                damping = (damping / 4.0).max(1e-7);
+            } else {
+                damping *= 6.0;
+            }
+        }
+        Ok(state)
+    }
 }
 
 /// The lobes with the least useful one put where a new one would help most.

@@ -1,48 +1,9 @@
-//! Environments that change: every frame is fitted from the lights of the one before.
+//! Environments that change: which files, in which order.
 
 use std::path::{Path, PathBuf};
 
+use super::InputError;
 use super::error::Refusal;
-use super::{EnvironmentMap, FitError, FitSettings, InputError, LightSet, Progress, fit_lights};
-
-/// Frame after frame fitted from the lights before; the first from a seed.
-#[derive(Clone, Debug)]
-pub struct Sequence {
-    count: usize,
-    seed: u64,
-    lights: Option<LightSet>,
-}
-
-impl Sequence {
-    /// A sequence of `count` lights a frame; `from` are lights of a similar map, such as those on screen.
-    pub fn new(count: usize, seed: u64, from: Option<LightSet>) -> Self {
-        Self {
-            count,
-            seed,
-            lights: from,
-        }
-    }
-
-    /// Fits the next frame and keeps its lights for the one after.
-    ///
-    /// # Errors
-    /// As [`fit_lights`]; the lights of the last good frame then stay.
-    pub fn step(&mut self, map: &EnvironmentMap, progress: Progress) -> Result<&LightSet, FitError> {
-        let settings = FitSettings {
-            count: self.count,
-            seed: self.seed,
-            from: self.lights.as_ref(),
-            ..FitSettings::default()
-        };
-        let lights = fit_lights(map, &settings, progress)?;
-        Ok(self.lights.insert(lights))
-    }
-
-    /// The lights of the last good frame.
-    pub fn lights(&self) -> Option<&LightSet> {
-        self.lights.as_ref()
-    }
-}
 
 /// The maps (.hdr, .exr) of a folder in the order of their names, where "2" comes before "10".
 ///

@@ -5,9 +5,9 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use balayage_render::gpu::probe::{self, ProbeCase};
+use balayage_render::gpu::probe::{self, ProbeCase, ProbeResult};
 use balayage_render::gpu::{Gpu, Method, probe_cases};
-use balayage_render::light::{EnvironmentMap, LightSet};
+use balayage_render::light::{EnvironmentMap, LightSet, SrbfLight};
 use balayage_render::optics::{Direction, Fibre, OpticsError, scattering_function};
 use glam::{DMat3, DQuat, DVec3};
 use rand::{Rng, SeedableRng};
@@ -23,69 +23,171 @@ const PHI: usize = 384;
 const TOLERANCE: f64 = 1e-3;
 /// Width at which M is far from zero everywhere, so that it divides out.
 const BROAD: f64 = 1.5;
+/// A longitudinal lobe below this is nothing, also times a sun of 1e6.
+const NOTHING: f64 = 1e-16;
 const SEED: u64 = 2011;
+/// Least width of R of hair as it was measured, degrees (Marschner 2003, table 1).
+pub(super) const USUAL_DEG: f64 = 5.0;
 
-/// A random fibre in a random place, seen from one side, and its scattering function.
-pub(super) struct Strand {
+/// A map and the lights that were fitted to it.
+pub(super) struct Scene {
+    pub map: EnvironmentMap,
+    pub lights: LightSet,
+}
+
+/// How far the product is from the reference under one map: root mean squares over the fibres (rgb norm).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Errors {
+    /// Of |product under the lights - reference under the map| / |reference under the map|.
+    pub all: f64,
+    /// The same of the reference under the lights: what the fit alone leaves.
+    pub fit: f64,
+    /// The same of the product against the reference, both under the lights: what the closed forms alone leave.
+    pub scattering: f64,
+    /// Difference of product and reference over the radiance of the reference, each a root mean square.
+    pub overall: f64,
+    /// Median of the product's relative difference.
+    pub median: f64,
+    /// As `all`, of the fibres whose R is at least [`USUAL_DEG`] wide; narrower lobes tell neighbouring lights apart.
+    pub usual: f64,
+}
+
+/// A random fibre in a random place, seen from one side.
+#[derive(Clone, Copy)]
+struct Strand {
     case: ProbeCase,
     /// Columns u (tangent), v, w.
     world_from_fibre: DMat3,
+}
+
+/// The scattering function of a strand.
+struct Scattering<'a> {
+    strand: &'a Strand,
     /// N_t / cos^2 theta_d at (theta_i, phi_i), rgb of R, TT and TRT.
     table: Vec<[DVec3; 3]>,
 }
 
-/// Random fibres of circular hair with their tables.
-pub(super) fn strands(count: usize, on_done: impl Fn() + Sync) -> Result<Vec<Strand>, CliError> {
+/// Random fibres of circular hair.
+fn strands(count: usize) -> Vec<Strand> {
     let mut random = Pcg64Mcg::seed_from_u64(SEED);
-    let drawn: Vec<(ProbeCase, DMat3)> = (0..count)
-        .map(|_| {
-            let case = probe_cases::hair(&mut random, false);
-            // Four normal deviates give a uniform rotation; sums of uniform ones are near enough to normal to lose any axis.
-            let mut deviate = || (0..12).map(|_| random.random_range(-0.5..0.5)).sum::<f64>();
-            let turn = DQuat::from_xyzw(deviate(), deviate(), deviate(), deviate()).normalize();
-            (case, DMat3::from_quat(turn))
-        })
-        .collect();
-    drawn
-        .into_par_iter()
-        .map(|(case, world_from_fibre)| {
-            let strand = Strand::new(case, world_from_fibre).map_err(|e| CliError::Input(e.to_string()));
-            on_done();
-            strand
-        })
-        .collect()
+    let draw = |_| {
+        let case = probe_cases::hair(&mut random, false);
+        // Four normal deviates give a uniform rotation; sums of uniform ones are near enough to normal to lose any axis.
+        let mut deviate = || (0..12).map(|_| random.random_range(-0.5..0.5)).sum::<f64>();
+        let turn = DQuat::from_xyzw(deviate(), deviate(), deviate(), deviate()).normalize();
+        Strand {
+            case,
+            world_from_fibre: DMat3::from_quat(turn),
+        }
+    };
+    (0..count).map(draw).collect()
 }
 
-/// Root mean square over the strands of |product - reference| / |reference| (rgb norm), and of the difference over that of the reference.
+/// Holds `count` random fibres against the reference under every scene, whose maps are of one size; `on_done` hears of every fibre.
 pub(super) fn errors(
     gpu: &Gpu,
-    strands: &[Strand],
-    map: &EnvironmentMap,
-    lights: &LightSet,
-) -> Result<[f64; 2], CliError> {
-    let wanted: Vec<DVec3> = strands.par_iter().map(|strand| strand.under_map(map)).collect();
+    count: usize,
+    scenes: &[Scene],
+    on_done: impl Fn() + Sync,
+) -> Result<Vec<Errors>, CliError> {
+    // A fibre's table is dropped before the next one's is made: it is the large part.
+    let strands = strands(count);
+    let fields: Vec<EnvironmentMap> = scenes.iter().flat_map(Scene::fields).collect();
+    let reference = |strand: &Strand| -> Result<Vec<DVec3>, OpticsError> {
+        let radiance = Scattering::new(strand)?.under(&fields);
+        on_done();
+        Ok(radiance)
+    };
+    let wanted: Vec<Vec<DVec3>> = strands
+        .par_iter()
+        .map(reference)
+        .collect::<Result<_, _>>()
+        .map_err(|error| CliError::Input(error.to_string()))?;
+
+    let of_scene = |(number, scene): (usize, &Scene)| {
+        let shown = product(gpu, &strands, &scene.lights)?;
+        let under = |field: usize| wanted.iter().map(move |radiance| radiance[2 * number + field]);
+        let (map, lights): (Vec<DVec3>, Vec<DVec3>) = (under(0).collect(), under(1).collect());
+        let size = rms(map.iter().map(|radiance| radiance.length()));
+        let difference = rms(shown.iter().zip(&map).map(|(a, b)| (*a - *b).length()));
+        let mut all = relative(&shown, &map);
+        let usual: Vec<f64> = strands
+            .iter()
+            .zip(&all)
+            .filter(|(strand, _)| strand.case.beta[0].to_degrees() >= USUAL_DEG)
+            .map(|(_, error)| *error)
+            .collect();
+        all.sort_by(f64::total_cmp);
+        Ok(Errors {
+            all: rms(all.iter().copied()),
+            fit: rms(relative(&lights, &map).into_iter()),
+            scattering: rms(relative(&shown, &lights).into_iter()),
+            overall: difference / size,
+            median: all[all.len() / 2],
+            usual: rms(usual.into_iter()),
+        })
+    };
+    scenes.iter().enumerate().map(of_scene).collect()
+}
+
+/// |got - wanted| / |wanted| of every fibre.
+fn relative(got: &[DVec3], wanted: &[DVec3]) -> Vec<f64> {
+    let one = |(got, wanted): (&DVec3, &DVec3)| (*got - *wanted).length() / wanted.length();
+    got.iter().zip(wanted).map(one).collect()
+}
+
+fn rms(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let count = values.len().max(1) as f64;
+    (values.map(|value| value * value).sum::<f64>() / count).sqrt()
+}
+
+/// What the shaders make of every strand under the lights, all lobes.
+fn product(gpu: &Gpu, strands: &[Strand], lights: &LightSet) -> Result<Vec<DVec3>, CliError> {
     let cases: Vec<ProbeCase> = strands.iter().flat_map(|strand| strand.cases(lights)).collect();
     let answers = probe::run(gpu, &cases, &Method::default())?;
-    let per_strand = lights.lights.len().max(1);
-    let (mut relative, mut difference, mut size) = (0.0, 0.0, 0.0);
-    for (answers, wanted) in answers.chunks(per_strand).zip(&wanted) {
-        let lit = answers.iter().zip(&lights.lights).map(|(answer, light)| {
+    let lit = |answers: &[ProbeResult]| {
+        let one = |(answer, light): (&ProbeResult, &SrbfLight)| {
             let lobes: DVec3 = answer.single.iter().map(|rgb| DVec3::from_array(*rgb)).sum();
             lobes * light.radiance.as_dvec3()
-        });
-        let error = (lit.sum::<DVec3>() - *wanted).length_squared();
-        relative += error / wanted.length_squared();
-        difference += error;
-        size += wanted.length_squared();
+        };
+        answers.iter().zip(&lights.lights).map(one).sum()
+    };
+    Ok(answers.chunks(lights.lights.len().max(1)).map(lit).collect())
+}
+
+impl Scene {
+    /// The map, and the lights as a map.
+    fn fields(&self) -> [EnvironmentMap; 2] {
+        let (width, height) = (self.map.width, self.map.height);
+        let (lights, _) = EnvironmentMap::from_fn(width, height, |w| self.lights.radiance(w));
+        [self.map.clone(), lights]
     }
-    Ok([
-        (relative / wanted.len().max(1) as f64).sqrt(),
-        (difference / size).sqrt(),
-    ])
 }
 
 impl Strand {
-    fn new(case: ProbeCase, world_from_fibre: DMat3) -> Result<Self, OpticsError> {
+    /// (theta, phi) of a world direction.
+    fn angles(&self, w: DVec3) -> (f64, f64) {
+        let local = self.world_from_fibre.transpose() * w;
+        (local.x.clamp(-1.0, 1.0).asin(), local.z.atan2(local.y))
+    }
+
+    /// One probe case a light.
+    fn cases(&self, lights: &LightSet) -> impl Iterator<Item = ProbeCase> {
+        lights.lights.iter().map(|light| {
+            let (theta_j, phi_j) = self.angles(light.direction.as_dvec3());
+            ProbeCase {
+                theta_j,
+                phi_j,
+                lambda_j: f64::from(light.bandwidth),
+                ..self.case
+            }
+        })
+    }
+}
+
+impl<'a> Scattering<'a> {
+    fn new(strand: &'a Strand) -> Result<Self, OpticsError> {
+        let case = &strand.case;
         let broad = Fibre {
             eta: case.eta,
             eccentricity: case.eccentricity,
@@ -106,62 +208,49 @@ impl Strand {
             };
             let scattered = scattering_function(&broad, light, view, TOLERANCE)?.to_array();
             table.push(std::array::from_fn(|t| {
-                DVec3::from_array(scattered[t]) / longitudinal(&case, t, BROAD, light.theta)
+                DVec3::from_array(scattered[t]) / longitudinal(case, t, BROAD, light.theta)
             }));
         }
-        Ok(Self {
-            case,
-            world_from_fibre,
-            table,
-        })
+        Ok(Self { strand, table })
     }
 
-    /// (theta, phi) of a world direction.
-    fn angles(&self, w: DVec3) -> (f64, f64) {
-        let local = self.world_from_fibre.transpose() * w;
-        (local.x.clamp(-1.0, 1.0).asin(), local.z.atan2(local.y))
-    }
-
-    /// Integral of L S cos theta_i over the pixels.
-    fn under_map(&self, map: &EnvironmentMap) -> DVec3 {
-        let mut sum = DVec3::ZERO;
-        for y in 0..map.height {
-            let mut row = DVec3::ZERO;
-            for x in 0..map.width {
-                let (theta, phi) = self.angles(map.direction(x, y));
-                row += map.pixels[y * map.width + x].as_dvec3() * self.scattered(theta, phi);
+    /// Integral of L S cos theta_i over the pixels of every field; all are of one size.
+    fn under(&self, fields: &[EnvironmentMap]) -> Vec<DVec3> {
+        let mut sums = vec![DVec3::ZERO; fields.len()];
+        let Some(grid) = fields.first() else { return sums };
+        for y in 0..grid.height {
+            let solid_angle = grid.pixel_solid_angle(y);
+            for x in 0..grid.width {
+                let (theta, phi) = self.strand.angles(grid.direction(x, y));
+                let scattered = self.at(theta, phi) * solid_angle;
+                if scattered == DVec3::ZERO {
+                    continue;
+                }
+                for (sum, field) in sums.iter_mut().zip(fields) {
+                    *sum += field.pixels[y * grid.width + x].as_dvec3() * scattered;
+                }
             }
-            sum += row * map.pixel_solid_angle(y);
         }
-        sum
+        sums
     }
 
     /// S cos theta_i, all lobes.
-    fn scattered(&self, theta: f64, phi: f64) -> DVec3 {
+    fn at(&self, theta: f64, phi: f64) -> DVec3 {
         let t = (theta + FRAC_PI_2) / PI * THETA as f64;
         let p = (phi + PI) / TAU * PHI as f64;
         let (i, j) = ((t as usize).min(THETA - 1), p as usize);
         let (a, b) = (t - i as f64, p - j as f64);
         let corner = |di: usize, dj: usize| &self.table[(i + di) * PHI + (j + dj) % PHI];
+        let case = &self.strand.case;
         let lobe = |lobe: usize| {
-            let m = longitudinal(&self.case, lobe, self.case.beta[lobe], theta);
+            let m = longitudinal(case, lobe, case.beta[lobe], theta);
+            if m < NOTHING {
+                return DVec3::ZERO;
+            }
             let low = corner(0, 0)[lobe].lerp(corner(0, 1)[lobe], b);
             low.lerp(corner(1, 0)[lobe].lerp(corner(1, 1)[lobe], b), a) * m
         };
         (0..3).map(lobe).sum::<DVec3>() * theta.cos()
-    }
-
-    /// One probe case a light.
-    fn cases(&self, lights: &LightSet) -> impl Iterator<Item = ProbeCase> {
-        lights.lights.iter().map(|light| {
-            let (theta_j, phi_j) = self.angles(light.direction.as_dvec3());
-            ProbeCase {
-                theta_j,
-                phi_j,
-                lambda_j: f64::from(light.bandwidth),
-                ..self.case
-            }
-        })
     }
 }
 
@@ -174,7 +263,6 @@ fn longitudinal(case: &ProbeCase, lobe: usize, beta: f64, theta_i: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use balayage_render::light::SrbfLight;
     use balayage_render::optics::{self, single_scattering};
     use glam::Vec3;
 
@@ -182,8 +270,7 @@ mod tests {
 
     #[test]
     fn pixels_sum_to_the_reference_of_a_light() {
-        let strands = strands(2, || ()).expect("sound fibres");
-        for strand in &strands {
+        for strand in &strands(2) {
             let light = SrbfLight {
                 direction: Vec3::new(0.3, 0.5, -0.8).normalize(),
                 bandwidth: 0.6,
@@ -209,7 +296,8 @@ mod tests {
                 .expect("an integral")
                 .sum();
             let wanted = DVec3::from_array(wanted);
-            let error = (strand.under_map(&map) - wanted).length() / wanted.length();
+            let error = (Scattering::new(strand).expect("a sound fibre").under(&[map])[0] - wanted).length()
+                / wanted.length();
             assert!(error < 0.005, "{error}");
         }
     }

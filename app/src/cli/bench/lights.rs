@@ -7,12 +7,13 @@ use std::time::Instant;
 
 use balayage_render::gpu::Gpu;
 use balayage_render::light::{
-    EnvironmentMap, FitSettings, HairKernel, HairProbe, Harmonics, Objective, fit_lights,
+    EnvironmentMap, FitSettings, HairKernel, HairProbe, Harmonics, MAX_LIGHTS, Objective, fit_lights,
 };
 use clap::Args;
 use glam::{DVec3, Vec3};
 
 use super::end_to_end;
+use super::light_steps;
 use super::plot::{Plot, Series};
 use super::report::{Cell, Report, Table};
 use crate::Problem;
@@ -35,7 +36,13 @@ pub(super) struct LightsArgs {
     /// Fits of each kind of which the fastest counts.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100))]
     runs: u32,
-    /// Instead of the table of methods: radiance of N random fibres under 40 fitted lights (standard quality, R, TT and TRT, on the
+    /// Instead of the table of methods: every map turned by 3 degrees and blended into the next, each step fitted from the lights before.
+    #[arg(long, conflicts_with = "end_to_end")]
+    sequence: bool,
+    /// Lights of --end-to-end and --sequence.
+    #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_LIGHTS as u32)))]
+    light_count: u32,
+    /// Instead of the table of methods: radiance of N random fibres under fitted lights (standard quality, R, TT and TRT, on the
     /// GPU) against the float64 reference integrated over the map's pixels.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     end_to_end: Option<u32>,
@@ -103,6 +110,11 @@ pub(super) fn run(args: &LightsArgs, console: &mut Console<'_>) -> Result<(), Cl
 
     if let Some(count) = args.end_to_end {
         return run_end_to_end(args, count, &maps, console);
+    }
+    if args.sequence {
+        let report = light_steps::run(&maps, args.light_count as usize, args.seed, console)?;
+        report.write(&args.output)?;
+        return Ok(console.result(report.json(), &report.text())?);
     }
     let ways = Way::all();
     let progress = console.progress((maps.len() * ways.len()) as u64, "fitting");
@@ -172,9 +184,6 @@ pub(super) fn run(args: &LightsArgs, console: &mut Console<'_>) -> Result<(), Cl
     Ok(console.result(report.json(), &report.text())?)
 }
 
-/// Lights of the end-to-end comparison.
-const END_TO_END_LIGHTS: usize = 40;
-
 fn run_end_to_end(
     args: &LightsArgs,
     count: u32,
@@ -182,35 +191,54 @@ fn run_end_to_end(
     console: &mut Console<'_>,
 ) -> Result<(), CliError> {
     let gpu = Gpu::headless()?;
-    let progress = console.progress(u64::from(count) + maps.len() as u64, "integrating");
-    let done = AtomicU64::new(0);
-    let on_done = || progress.at(1 + done.fetch_add(1, Ordering::Relaxed));
-    let strands = end_to_end::strands(count as usize, on_done)?;
-    let mut table = Table::new(
-        "lights_end_to_end",
-        [
-            "map",
-            "RMS of the relative error of a fibre",
-            "RMS error over RMS radiance",
-        ],
-    );
+    let mut scenes = Vec::new();
     for (name, map) in maps {
         let settings = FitSettings {
-            count: END_TO_END_LIGHTS,
+            count: args.light_count as usize,
             seed: args.seed,
             ..FitSettings::default()
         };
         let lights = fit_lights(map, &settings, &|_| ControlFlow::Continue(()))
             .map_err(|e| CliError::Input(e.to_string()))?;
+        let remedy = "leave it out of --maps";
         if lights.lights.is_empty() {
-            let remedy = "leave it out of --maps";
-            return Err(CliError::Input(format!(
-                "{name}: the map is uniform or black, there is no light to compare; {remedy}"
-            )));
+            let reason = "the map is uniform or black, there is no light to compare";
+            return Err(CliError::Input(format!("{name}: {reason}; {remedy}")));
         }
-        let [relative, overall] = end_to_end::errors(&gpu, &strands, map, &lights)?;
-        table.row([Cell::from(name.as_str()), relative.into(), overall.into()]);
-        on_done();
+        if (map.width, map.height) != (maps[0].1.width, maps[0].1.height) {
+            let reason = format!("{} x {} pixels, unlike {}", map.width, map.height, maps[0].0);
+            return Err(CliError::Input(format!("{name}: {reason}; {remedy}")));
+        }
+        let map = map.clone();
+        scenes.push(end_to_end::Scene { map, lights });
+    }
+
+    let progress = console.progress(u64::from(count), "integrating");
+    let done = AtomicU64::new(0);
+    let on_done = || progress.at(1 + done.fetch_add(1, Ordering::Relaxed));
+    let errors = end_to_end::errors(&gpu, count as usize, &scenes, on_done)?;
+    let mut table = Table::new(
+        "lights_end_to_end",
+        [
+            "map",
+            "RMS of the relative error of a fibre",
+            "of the fit alone",
+            "of the scattering alone",
+            "median",
+            "RMS of fibres with beta_R >= 5 degrees",
+            "RMS error over RMS radiance",
+        ],
+    );
+    for ((name, _), errors) in maps.iter().zip(errors) {
+        table.row([
+            Cell::from(name.as_str()),
+            errors.all.into(),
+            errors.fit.into(),
+            errors.scattering.into(),
+            errors.median.into(),
+            errors.usual.into(),
+            errors.overall.into(),
+        ]);
     }
     drop(progress);
     let report = Report {
@@ -218,9 +246,12 @@ fn run_end_to_end(
         notes: vec![
             format!("device: {}", gpu.adapter_name),
             format!(
-                "{count} random fibres of circular hair and views, {END_TO_END_LIGHTS} lights, standard quality, R + TT + TRT, rgb norm"
+                "{count} random fibres of circular hair and views, {} lights, standard quality, R + TT + TRT, rgb norm",
+                args.light_count
             ),
-            "reference: the float64 scattering function integrated over every pixel".to_owned(),
+            "reference: the float64 scattering function integrated over every pixel; fit alone: the reference under the lights against \
+             the reference under the map; scattering alone: the shaders against the reference, both under the lights"
+                .to_owned(),
         ],
         tables: vec![table],
         plots: Vec::new(),

@@ -1,6 +1,7 @@
 //! `balayage bench`: run time against error, one file a benchmark. Times compare what one run on one machine measured.
 
 mod end_to_end;
+mod light_steps;
 mod lights;
 mod methods;
 mod paint;
