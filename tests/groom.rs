@@ -205,7 +205,7 @@ fn files_are_chosen_by_extension_and_errors_name_them() {
             .to_string()
     };
     assert!(message("none.hair").contains("none.hair: cannot read"));
-    assert!(message("strands.abc").contains("use .hair, .tfx, .usda or .usdc"));
+    assert!(message("strands.obj").contains("use .hair, .tfx, .usda, .usdc or .abc"));
 
     // A file in the clothes of another is refused at its first byte.
     std::fs::copy(folder.path().join("b.TFX"), folder.path().join("c.hair")).unwrap();

@@ -240,7 +240,7 @@ fn render(project: &Path, options: &[&str]) -> Vec<u8> {
     let args = ["balayage", "render", input, "-o", picture, "--size", "64x64"];
     let code = balayage::cli::run(args.iter().chain(options), &mut out, &mut err);
     assert_eq!(code, 0, "{}", String::from_utf8_lossy(&err));
-    fs::read(output).unwrap()
+    image::open(output).unwrap().into_rgba8().into_raw()
 }
 
 /// A double click adds a light where nothing is, the wheel and the ring's handle widen it, its handle in the viewport moves it.
