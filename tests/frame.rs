@@ -41,12 +41,10 @@ fn renderer(gpu: &Gpu, groom: &Groom) -> Renderer {
     };
     let mut renderer = Renderer::new(gpu).unwrap();
     renderer.set_groom(groom, None).unwrap();
-    renderer
-        .set_lights(&LightSet {
-            lights: vec![light(0.3, 1.0, 1.0, 0.5), light(-1.0, 0.2, 0.4, 0.3)],
-            ..Default::default()
-        })
-        .unwrap();
+    renderer.set_lights(&LightSet {
+        lights: vec![light(0.3, 1.0, 1.0, 0.5), light(-1.0, 0.2, 0.4, 0.3)],
+        ..Default::default()
+    });
     renderer
 }
 

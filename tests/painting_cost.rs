@@ -22,16 +22,14 @@ fn only_what_a_dab_touches_is_computed_again() {
     let gpu = Gpu::headless().unwrap();
     let mut renderer = Renderer::new(&gpu).unwrap();
     renderer.set_groom(&groom, None).unwrap();
-    renderer
-        .set_lights(&LightSet {
-            lights: vec![SrbfLight {
-                direction: Vec3::Y,
-                bandwidth: 0.5,
-                radiance: Vec3::ONE,
-            }],
-            ..Default::default()
-        })
-        .unwrap();
+    renderer.set_lights(&LightSet {
+        lights: vec![SrbfLight {
+            direction: Vec3::Y,
+            bandwidth: 0.5,
+            radiance: Vec3::ONE,
+        }],
+        ..Default::default()
+    });
     renderer.set_params(document.params(), &[]).unwrap();
     let camera = Camera::framing(groom.bounds(), 1.0);
     let settings = RenderSettings {

@@ -62,7 +62,7 @@ fn brown_hair_under_sun_and_sky() {
     renderer
         .set_params(&vec![reference_params([0.5, 0.8, 1.4]); groom.point_count()], &[])
         .unwrap();
-    renderer.set_lights(&lights).unwrap();
+    renderer.set_lights(&lights);
     // A first frame has its shadows from voxels, a refined one from exact rays.
     let first = [
         (0, Terms::SINGLE, "single", (0.03, 0.09)),

@@ -47,6 +47,7 @@ fn draw(gpu: &Gpu, strands: &[(Vec<Vec3>, f32, [f32; 3])]) -> Vec<[f32; 4]> {
     let background = gpu.storage("background", 16).unwrap();
     let resolve = ResolveUniform {
         weight: 1.0,
+        gain: [1.0; 3],
         ..Zeroable::zeroed()
     };
     let inputs = ResolveInputs {
@@ -54,6 +55,8 @@ fn draw(gpu: &Gpu, strands: &[(Vec<Vec3>, f32, [f32; 3])]) -> Vec<[f32; 4]> {
         head: &head,
         background: &background,
         target: &target,
+        marks: true,
+        touched_only: false,
     };
     let mut raster = Raster::new(gpu).unwrap();
     raster

@@ -9,7 +9,8 @@ struct CameraUniform {
     first_row: u32,          // rows [first_row, end_row) are drawn
     size: vec2u,             // of the whole picture
     end_row: u32,
-    segment_count: u32,
+    segment_count: u32,      // that are drawn, from the first one on
+    width_factor: f32,       // on the width of the strands: fewer of them stand for all
 }
 
 // Image point in pixels (x right, y down) and depth along the axis of a view-space point in front of the camera.

@@ -1,6 +1,7 @@
 //!use lib/lobes.wgsl
 //!use lib/longitudinal.wgsl
 //!use lib/azimuth_r.wgsl
+//!use lib/quality.wgsl
 // What every way to integrate single scattering shares: what is prepared per view, where the lobes look.
 
 // What depends on fibre and view alone.
@@ -10,12 +11,20 @@ struct PreparedView {
     phi_o: f32,
     mean: vec3f,                 // centres of the lobes in theta_i, 2 alpha - theta_o
     fresnel: FresnelPolynomial,
+    followed: vec2<bool>,        // TT, TRT: whether more than next to nothing comes through the fibre on that path
 }
+
+// Optical depth of a path through which next to nothing comes: 1e-4.
+const ABSORBED: f32 = 9.21;
+
 
 // `theta_o` inclination and `phi_o` azimuth of the view, radians.
 fn prepare_view(f: Fibre, theta_o: f32, phi_o: f32) -> PreparedView {
     let theta = guarded(theta_o, -HALF_PI, HALF_PI, 0.0);
-    return PreparedView(f, theta, guarded_azimuth(phi_o), 2.0 * f.alpha - theta, fresnel_polynomial(f.eta));
+    // No chord is shorter than that of a grazing ray in the normal plane.
+    let shortest = 2.0 * sqrt(max(1.0 - 1.0 / (f.eta * f.eta), 0.0)) * min(f.sigma_a.r, min(f.sigma_a.g, f.sigma_a.b));
+    let followed = vec2<bool>(follows_absorbed || shortest < ABSORBED, follows_absorbed || 2.0 * shortest < ABSORBED);
+    return PreparedView(f, theta, guarded_azimuth(phi_o), 2.0 * f.alpha - theta, fresnel_polynomial(f.eta), followed);
 }
 
 // Mean direction of the light that each lobe sends to the view, a vector of the fibre's frame no longer than one: a function that is linear

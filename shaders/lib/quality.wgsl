@@ -2,6 +2,10 @@
 
 override quality: u32 = 1u;
 
+// Whether fibres may have an elliptic section, and whether paths are followed through which next to nothing comes.
+override may_be_elliptic: bool = true;
+override follows_absorbed: bool = true;
+
 // Above this product of the light's concentration and TT's span, TT is read off at azimuths; below it is summed over gamma.
 const TT_NARROW: f32 = 3.5;
 

@@ -31,16 +31,16 @@ fn scattered(v: PreparedView, theta_j: f32, phi_j: f32, inv_lambda_sq: f32, coun
     }
 
     let g_tt = product_gaussian(v.mean.y, v.f.beta.y, v.theta_o, theta_j, inv_lambda_sq);
-    for (var k = 0u; k < counts.y && g_tt.peak_exponent > NEGLIGIBLE_EXPONENT; k++) {
+    for (var k = 0u; v.followed.x && k < counts.y && g_tt.peak_exponent > NEGLIGIBLE_EXPONENT; k++) {
         let node = outer_node(g_tt, counts.y, k, v.mean.y, v.f.beta.y, v.theta_o, theta_j, inv_lambda_sq, false);
         out.tt += node.weight * azimuth_tt(refraction(v.f.eta, node.cos_theta_d), v.f.sigma_a, kappa_scale * node.cos_theta_i, half);
     }
 
     let g_trt = product_gaussian(v.mean.z, v.f.beta.z, v.theta_o, theta_j, inv_lambda_sq);
-    for (var k = 0u; k < counts.z && g_trt.peak_exponent > NEGLIGIBLE_EXPONENT; k++) {
+    for (var k = 0u; v.followed.y && k < counts.z && g_trt.peak_exponent > NEGLIGIBLE_EXPONENT; k++) {
         let node = outer_node(g_trt, counts.z, k, v.mean.z, v.f.beta.z, v.theta_o, theta_j, inv_lambda_sq, false);
         let kappa = kappa_scale * node.cos_theta_i;
-        if v.f.eccentricity == 1.0 {
+        if !may_be_elliptic || v.f.eccentricity == 1.0 {
             out.trt += node.weight * azimuth_trt(refraction(v.f.eta, node.cos_theta_d), v.f.sigma_a, v.f.azimuthal_width, kappa, half);
         } else {
             out.trt += node.weight * azimuth_trt_elliptic(v.f, node.cos_theta_d, kappa, v.phi_o, phi_j);

@@ -1,4 +1,5 @@
 // Composes each pixel, twice: first (MARK) the vertices that it shows are noted, so that only they are shaded, then: its strand fragments nearest first over the head's four sub-samples and the background.
+// Where nothing but the radiance of some vertices changed (TOUCHED), pixels that show none of them stay as they are.
 // Fragments are taken in runs of the RUN nearest not yet seen, so that dense hair stops after a few runs and nothing is written back.
 
 //!use lib/camera.wgsl
@@ -13,10 +14,14 @@ struct ResolveUniform {
     has_background: u32,
     background_turn_rad: f32, // rotation of the environment about y
     background_scale: vec3f,  // exposure and tint of the environment
+    straight: u32,            // 1: vertices in the middle of a straight span are not wanted, their ends are
     background_size: vec2u,
+    frame: f32,               // number of this frame, as in the radiance of what it changed
+    gain: vec3f,              // factor on what the lights give
 }
 
 override MARK: bool = false;
+override TOUCHED: bool = false;
 
 @group(0) @binding(0) var<uniform> camera: CameraUniform;
 @group(0) @binding(1) var<uniform> resolve: ResolveUniform;
@@ -34,6 +39,7 @@ override MARK: bool = false;
 @group(0) @binding(12) var<storage, read> vertices: array<RefinedVertex>;
 @group(0) @binding(13) var<storage, read_write> wanted_vertices: array<u32>;
 @group(0) @binding(14) var<storage, read_write> wanted_points: array<u32>;
+@group(0) @binding(15) var<storage, read> spans: array<u32>;            // StrandBuffers::spans
 
 const RUN: u32 = 16u;           // fragments sorted at a time
 const OPAQUE: f32 = 4e-3;       // transmittance below which nothing behind can be told
@@ -48,6 +54,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let pixel = vec2u(p % camera.size.x, p / camera.size.x + camera.first_row);
     let count = counts[p];
     let base = offsets[p];
+    if TOUCHED && !touched(base, count) { return; }
 
     // Depth and colour of what is solid behind the hair, at four sub-samples.
     var solid_depth = vec4f(FAR);
@@ -55,7 +62,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if resolve.has_head != 0u {
         for (var k = 0u; k < 4u; k++) {
             let at = vec2i(vec2u(pixel.x * 2u + (k & 1u), pixel.y * 2u + (k >> 1u)));
-            solid[k] = textureLoad(head_colour, at, 0);
+            solid[k] = vec4f(resolve.gain, 1.0) * textureLoad(head_colour, at, 0);
             solid_depth[k] = select(FAR, textureLoad(head_depth, at, 0).x, solid[k].a > 0.0);
         }
     }
@@ -113,11 +120,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                 want(segment.vertex);
                 want(segment.vertex + 1u);
             }
-            let light = mix(radiance[segment.vertex].rgb, radiance[segment.vertex + 1u].rgb, fragment.along);
+            let light = resolve.gain * mix(radiance[segment.vertex].rgb, radiance[segment.vertex + 1u].rgb, fragment.along);
             colour += share * light;
             // The strand that is seen is the one at which the pixel has become PICK_ALPHA opaque, else the last one.
             if share > 0.0 && dot(transmittance * (1.0 - strand_coverage), vec4f(0.25)) > 1.0 - PICK_ALPHA {
-                pick = vec2u(bitcast<u32>(fragment.depth), fragment.segment + 1u);
+                // In the groom's own order a strand has one segment less than vertices.
+                pick = vec2u(bitcast<u32>(fragment.depth), segment.vertex - segment.strand + 1u);
             }
             strand_coverage += coverage;
         }
@@ -134,13 +142,25 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         alpha += 0.25 * (1.0 - transmittance[k] * (1.0 - solid[k].a));
     }
     let at = pixel.y * camera.size.x + pixel.x;
-    picture[at] += resolve.weight * vec4f(colour, alpha);
+    let before = select(picture[at], vec4f(0.0), TOUCHED);
+    picture[at] = before + resolve.weight * vec4f(colour, alpha);
     picks[at] = pick;
 }
 
-// A vertex that a pixel shows, and the groom points it lies between.
+// Whether this frame changed a vertex that the pixel's fragments lie beside.
+fn touched(base: u32, count: u32) -> bool {
+    for (var f = 0u; f < count; f++) {
+        let vertex = segments[fragments[(base + f) * FRAGMENT_WORDS + 2u]].vertex;
+        if radiance[vertex].a == resolve.frame || radiance[vertex + 1u].a == resolve.frame { return true; }
+    }
+    return false;
+}
+
+// A vertex that a pixel shows, or the two between which it is interpolated, and the groom points it lies between.
 fn want(vertex: u32) {
-    wanted_vertices[vertex] = 1u;
+    let span = select(0u, spans[vertex], resolve.straight != 0u);
+    wanted_vertices[vertex - (span & 0xffffu)] = 1u;
+    wanted_vertices[vertex + (span >> 16u)] = 1u;
     let point = vertices[vertex].source_point;
     wanted_points[point] = 1u;
     wanted_points[min(point + 1u, arrayLength(&wanted_points) - 1u)] = 1u;

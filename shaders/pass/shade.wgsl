@@ -6,6 +6,7 @@
 //!use lib/single.wgsl
 //!use lib/lobe_light.wgsl
 //!use lib/work_list.wgsl
+//!use lib/quality.wgsl
 
 @group(0) @binding(0) var<uniform> shade: ShadeUniform;
 @group(0) @binding(1) var<storage, read> vertices: array<RefinedVertex>;
@@ -16,6 +17,10 @@
 @group(0) @binding(6) var<storage, read> visibility: array<vec2u>;
 @group(0) @binding(7) var<storage, read_write> scattered_once: array<vec4f>;
 @group(0) @binding(8) var<storage, read> work: WorkList;
+@group(0) @binding(9) var<storage, read_write> evaluated: array<atomic<u32>, 4>;   // lights, and of these of elliptic fibres
+
+// Whether lights of which next to nothing arrives are left out.
+override skips_hidden: bool = true;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
@@ -36,11 +41,13 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     var out = vec3f(0.0);
     var seen = Lobes(vec3f(0.0), vec3f(0.0), vec3f(0.0));
     var unshadowed = Lobes(vec3f(0.0), vec3f(0.0), vec3f(0.0));
+    var light_count = 0u;
     for (var j = 0u; j < shade.light_count; j++) {
         // A light that is hidden all over its lobe; the share of a uniform environment that is seen wants every light.
         let record = shade.first_record + j * shade.point_count;
         let seen_at = mix(unpacked(visibility[record + point]), unpacked(visibility[record + next]), fraction);
-        if seen_at.x + 2.0 * length(seen_at.yzw) < NOTHING_ARRIVES && !uniform_light { continue; }
+        if skips_hidden && seen_at.x + 2.0 * length(seen_at.yzw) < NOTHING_ARRIVES && !uniform_light { continue; }
+        light_count++;
         let light = lights[shade.first_light + j];
         let light_local = local_from_world * light.direction;
         let at = angles(light_local);
@@ -75,6 +82,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     let before = select(vec3f(0.0), scattered_once[index].rgb, shade.adds != 0u);
     scattered_once[index] = vec4f(before + out, 1.0);
+    atomicAdd(&evaluated[0], light_count);
+    if may_be_elliptic && fibre.eccentricity != 1.0 { atomicAdd(&evaluated[1], light_count); }
 }
 
 // The lobes that are asked for, added up.

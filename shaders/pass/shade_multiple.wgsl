@@ -19,6 +19,10 @@
 @group(0) @binding(9) var<storage, read> averages_table: array<vec4f>;
 @group(0) @binding(10) var<storage, read> point_vertices: array<u32>;    // the refined vertex of each groom point
 @group(0) @binding(11) var<storage, read> work: WorkList;
+@group(0) @binding(12) var<storage, read_write> evaluated: array<atomic<u32>, 4>;  // its third: lights
+
+// Whether lights of which next to nothing arrives are left out.
+override skips_hidden: bool = true;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
@@ -31,14 +35,17 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let view_angles = angles(local_from_world * normalize(shade.camera_position - vertex.position));
     let view = prepare_multiple(fibre, view_angles.x, view_angles.y);
     var out = select(vec3f(0.0), multiple[point].rgb, shade.adds != 0u);
+    var light_count = 0u;
     for (var j = 0u; j < shade.light_count; j++) {
         let light = lights[shade.first_light + j];
         let path = unpack_path(paths[shade.first_record + j * shade.point_count + point]);
         // Every term is a part of what is scattered forward to the point.
-        if all(path.t_f < vec3f(NOTHING_ARRIVES)) { continue; }
+        if skips_hidden && all(path.t_f < vec3f(NOTHING_ARRIVES)) { continue; }
+        light_count++;
         out += light.radiance * terms_of_light(view, local_from_world, shade.first_light + j, light.direction, path);
     }
     multiple[point] = vec4f(out, 1.0);
+    atomicAdd(&evaluated[2], light_count);
 }
 
 // D, L and U of one light of radiance 1, as many directions as its width wants.

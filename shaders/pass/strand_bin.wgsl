@@ -37,8 +37,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 
     let pa = pixel_from_view(camera, a);
     let pb = pixel_from_view(camera, b);
-    let width_a = vertices[first].diameter * camera.focal_px / length(a);
-    let width_b = vertices[first + 1u].diameter * camera.focal_px / length(b);
+    let width_a = vertices[first].diameter * camera.width_factor * camera.focal_px / length(a);
+    let width_b = vertices[first + 1u].diameter * camera.width_factor * camera.focal_px / length(b);
     let delta = pb.xy - pa.xy;
     let extent = length(delta);
     // A segment seen end on has no direction in the picture: its disc's area is below what its neighbours show.

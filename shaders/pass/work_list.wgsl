@@ -1,5 +1,8 @@
-// Lists the items that are wanted and not yet done as well as asked, and calls them done so well. One thread an item; what is done with an item does not depend
-// on its place in the list.
+// Lists the items that are wanted and not yet done as well as asked, and calls them done so well. One thread an item; what is done with an
+// item does not depend on its place in the list. AGAIN: lists those that are wanted and done in some way, to change what was done, calls them
+// done no better than asked, and forgets those that are not wanted.
+
+override AGAIN: bool = false;
 
 struct GrowingList {
     count: atomic<u32>,
@@ -14,7 +17,13 @@ struct GrowingList {
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
     let item = id.x + id.y * 65535u * 64u;
-    if item >= arrayLength(&wanted) || wanted[item] == 0u || done[item] >= level { return; }
-    done[item] = level;
+    if item >= arrayLength(&wanted) { return; }
+    if AGAIN {
+        done[item] = select(min(done[item], level), 0u, wanted[item] == 0u);
+        if done[item] == 0u { return; }
+    } else {
+        if wanted[item] == 0u || done[item] >= level { return; }
+        done[item] = level;
+    }
     list.items[atomicAdd(&list.count, 1u)] = item;
 }

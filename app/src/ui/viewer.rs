@@ -483,7 +483,7 @@ impl Worker {
             renderer.set_params(&self.params, dirty.ranges())?;
         }
         if fresh || new_light {
-            renderer.set_lights(&light.lights)?;
+            renderer.set_lights(&light.lights);
             // A map is large: turning the light does not send it again.
             let is_shown = match (&shown_map, &light.background) {
                 (Some(shown), Some(map)) => Arc::ptr_eq(shown, map),

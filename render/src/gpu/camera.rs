@@ -129,8 +129,12 @@ pub struct CameraUniform {
     pub size: [u32; 2],
     /// Row behind the band.
     pub end_row: u32,
-    /// Strand segments of the groom.
+    /// Strand segments that are drawn, from the first one on.
     pub segment_count: u32,
+    /// Factor on the width of the strands.
+    pub width_factor: f32,
+    /// Alignment.
+    pub pad: [u32; 3],
 }
 
 impl CameraUniform {
@@ -146,6 +150,8 @@ impl CameraUniform {
             size,
             end_row: size[1],
             segment_count,
+            width_factor: 1.0,
+            pad: [0; 3],
         }
     }
 }

@@ -4,20 +4,22 @@ use std::ops::Range;
 use std::time::Instant;
 
 use glam::Vec3;
-use serde::Serialize;
 
 use super::camera::{Camera, CameraUniform};
 use super::head::{HeadBuffers, HeadPass, HeadShade, HeadTarget};
-use super::lights::{LightUniform, frame_lights};
+use super::pick_map::PickMap;
 use super::raster::{PictureBuffers, Raster, ResolveInputs, ResolveUniform};
+use super::report::FrameReport;
+use super::scene_lights::{LightChange, SceneLights};
 use super::shade::{ShadeInputs, ShadePass, ShadeSettings};
+use super::stale::{Changes, Input, Product};
 use super::strands::StrandBuffers;
 use super::transmittance::{MeanFibre, Transmittance, VolumeReport};
 use super::view::{ViewPass, ViewTransform};
-use super::{Gpu, GpuError};
+use super::{Gpu, GpuError, Quality, Saving, Savings};
 use crate::groom::{DEFAULT_MAX_TURN_RAD, Groom, Mesh, RefinedGroom, undergrowth};
 use crate::image::Picture;
-use crate::light::{EnvironmentMap, LightSet, SrbfLight};
+use crate::light::{EnvironmentMap, LightSet};
 use crate::param::VertexParams;
 use crate::volume::{Occluder, VolumeSettings};
 
@@ -39,9 +41,14 @@ pub struct RenderSettings {
     /// Exact rays per point and light that visibility comes from; 0: from the density of the voxels. More rays are a refinement: what was
     /// traced for a picture stays for the next ones until strands or lights change.
     pub visibility_rays: u32,
-    /// True while something is being painted: what light loses on its way through freshly painted hair stays as it was (the paint itself is
-    /// shown), so that only painted vertices are shaded again. The next frame without it brings everything up to date.
+    /// True while a hand moves something: what light loses on its way through freshly painted hair stays as it was (the paint itself is
+    /// shown), so that only painted vertices are shaded again, and so do other things that [`Saving`] names. The next frame without it
+    /// brings everything up to date.
     pub interactive: bool,
+    /// Share of the strands that is drawn, each wider, so that the hair's area stays; 1: all of them.
+    pub strand_share: f32,
+    /// What need not be done.
+    pub savings: Savings,
 }
 
 impl Default for RenderSettings {
@@ -55,76 +62,10 @@ impl Default for RenderSettings {
             backdrop: [0.0; 4],
             visibility_rays: 0,
             interactive: false,
+            strand_share: 1.0,
+            savings: Savings::ALL,
         }
     }
-}
-
-/// What a frame cost.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct FrameReport {
-    /// Passes that ran and their milliseconds, wall clock with the GPU waited for.
-    pub passes: Vec<(String, f64)>,
-    /// Named work counters.
-    pub counters: Vec<(String, u64)>,
-}
-
-impl FrameReport {
-    fn time<T>(
-        &mut self,
-        gpu: &Gpu,
-        pass: &str,
-        run: impl FnOnce(&mut Self) -> Result<T, GpuError>,
-    ) -> Result<T, GpuError> {
-        let start = Instant::now();
-        let result = run(self)?;
-        gpu.wait()?;
-        self.add_time(pass, start.elapsed().as_secs_f64() * 1e3);
-        Ok(result)
-    }
-
-    /// Milliseconds of all passes so far.
-    fn total_ms(&self) -> f64 {
-        self.passes.iter().map(|(_, ms)| ms).sum()
-    }
-
-    fn add_time(&mut self, pass: &str, ms: f64) {
-        match self.passes.iter_mut().find(|(name, _)| name == pass) {
-            Some((_, sum)) => *sum += ms,
-            None => self.passes.push((pass.to_owned(), ms)),
-        }
-    }
-
-    fn count(&mut self, counter: &str, value: u64) {
-        match self.counters.iter_mut().find(|(name, _)| name == counter) {
-            Some((_, sum)) => *sum += value,
-            None => self.counters.push((counter.to_owned(), value)),
-        }
-    }
-
-    /// The counter of that name, 0 where the work was not done.
-    pub fn counter(&self, name: &str) -> u64 {
-        self.counters
-            .iter()
-            .filter(|(n, _)| n == name)
-            .map(|(_, v)| v)
-            .sum()
-    }
-}
-
-/// What changed since it was last used.
-#[derive(Clone, Copy, Default)]
-struct Stale {
-    head: bool,
-    shading: bool,
-    picture: bool,
-}
-
-impl Stale {
-    const ALL: Self = Self {
-        head: true,
-        shading: true,
-        picture: true,
-    };
 }
 
 /// Everything on the GPU that one view of one groom needs; a cache of what the caller owns.
@@ -137,31 +78,60 @@ pub struct Renderer {
     view: ViewPass,
     transmittance: Transmittance,
     scene: Option<SceneBuffers>,
-    lights: LightBuffers,
+    lights: SceneLights,
+    /// Lights to be taken by the next frame.
+    next_lights: Option<LightSet>,
     background: Background,
     target: Option<PictureBuffers>,
-    last: Option<(Camera, [u32; 2], RenderSettings)>,
-    stale: Stale,
+    last: Option<LastFrame>,
+    /// What changed since the last frame.
+    changes: Changes,
+    lag: Lag,
+    /// Number of the frame, from 1 on; whole and exact up to 2^24.
+    frame: f32,
     /// Bytes of parameters that were sent since the last frame.
     sent_bytes: u64,
+}
+
+/// What the last frame was drawn with.
+#[derive(Clone, Copy)]
+struct LastFrame {
+    camera: Camera,
+    size: [u32; 2],
+    settings: RenderSettings,
+    /// Segments drawn and the factor on their width.
+    sample: (u32, f32),
+}
+
+/// What interactive frames left behind.
+#[derive(Clone, Copy, Default)]
+struct Lag {
+    /// Where the eye was that multiple scattering was evaluated for, if it has moved since.
+    multiple_eye: Option<Vec3>,
+    /// Whether single lights were taken away and added: rounding adds up.
+    few_lights: bool,
 }
 
 /// What belongs to one groom.
 struct SceneBuffers {
     strands: StrandBuffers,
     params: wgpu::Buffer,
+    has_elliptic: bool,
     point_count: usize,
     head: Option<HeadBuffers>,
     head_target: HeadTarget,
     near: f32,
+    centre: Vec3,
+    /// Mean fibre diameter, groom units.
+    diameter: f32,
 }
 
-/// The lights of the frame.
-struct LightBuffers {
-    set: LightSet,
-    lights: Vec<SrbfLight>,
-    buffer: wgpu::Buffer,
-}
+/// Fibre width in pixels below which fewer, wider strands stand for all, and the least share of them.
+const FINE_PX: f32 = 0.04;
+const LEAST_SHARE: f32 = 1.0 / 64.0;
+
+/// Turn of the eye round the hair, radians, that multiple scattering bears while a hand moves.
+const TURNING_RAD: f32 = 2.0 * std::f32::consts::PI / 180.0;
 
 /// The environment behind the picture.
 struct Background {
@@ -185,11 +155,8 @@ impl Renderer {
             view: ViewPass::new(gpu)?,
             transmittance: Transmittance::new(gpu)?,
             scene: None,
-            lights: LightBuffers {
-                set: LightSet::default(),
-                lights: Vec::new(),
-                buffer: gpu.storage("lights", 32)?,
-            },
+            lights: SceneLights::dark(gpu)?,
+            next_lights: None,
             background: Background {
                 pixels: gpu.storage("background", 16)?,
                 size: None,
@@ -198,7 +165,9 @@ impl Renderer {
             },
             target: None,
             last: None,
-            stale: Stale::ALL,
+            changes: Changes::ALL,
+            lag: Lag::default(),
+            frame: 0.0,
             sent_bytes: 0,
             gpu: gpu.clone(),
         })
@@ -228,7 +197,10 @@ impl Renderer {
                 "vertex parameters",
                 (size_of::<VertexParams>() * groom.point_count()) as u64,
             )?,
+            has_elliptic: true,
             point_count: groom.point_count(),
+            centre: 0.5 * (low + high),
+            diameter: groom.diameters().iter().sum::<f32>() / groom.point_count() as f32,
             head: head
                 .map(|mesh| HeadBuffers::new(gpu, mesh, &undergrowth(mesh, groom)))
                 .transpose()?,
@@ -236,7 +208,7 @@ impl Renderer {
             near: 1e-3 * low.distance(high),
         });
         self.raster.forget();
-        self.stale = Stale::ALL;
+        self.changes.note(Input::Geometry);
         Ok(report)
     }
 
@@ -251,7 +223,7 @@ impl Renderer {
         } else {
             dirty
         };
-        let scene = self.scene.as_ref().filter(|scene| {
+        let scene = self.scene.as_mut().filter(|scene| {
             scene.point_count == params.len()
                 && dirty
                     .iter()
@@ -263,6 +235,8 @@ impl Renderer {
                 reason: format!("{} entries do not fit the groom that was set", params.len()),
             });
         };
+        let is_whole = *dirty == [whole.clone()];
+        scene.has_elliptic &= !is_whole;
         for range in dirty {
             let slice = &params[range.start as usize..range.end as usize];
             let offset = u64::from(range.start) * size_of::<VertexParams>() as u64;
@@ -270,33 +244,18 @@ impl Renderer {
                 .queue
                 .write_buffer(&scene.params, offset, bytemuck::cast_slice(slice));
             self.sent_bytes += size_of_val(slice) as u64;
+            scene.has_elliptic |= slice.iter().any(|p| p.eccentricity != 1.0);
         }
         scene.strands.forget_points(&self.gpu, dirty);
         self.transmittance
             .set_params(&scene.params, MeanFibre::of(params));
-        self.stale.picture = true;
+        self.changes.note(Input::Parameters);
         Ok(())
     }
 
     /// Takes the lights, rotated and exposed as they shall be seen.
-    ///
-    /// # Errors
-    /// [`GpuError::TooLarge`].
-    pub fn set_lights(&mut self, set: &LightSet) -> Result<(), GpuError> {
-        if self.lights.set == *set {
-            return Ok(());
-        }
-        let lights = frame_lights(set);
-        self.transmittance.set_lights(&self.gpu, &lights)?;
-        let uniforms: Vec<_> = lights.iter().map(LightUniform::from).collect();
-        self.lights = LightBuffers {
-            set: set.clone(),
-            buffer: self.gpu.storage_of("lights", &uniforms)?,
-            lights,
-        };
-        self.stale.head = true;
-        self.stale.shading = true;
-        Ok(())
+    pub fn set_lights(&mut self, set: &LightSet) {
+        self.next_lights = Some(set.clone());
     }
 
     /// Takes the map that is shown behind the hair when the settings ask for it; `None`: nothing to show.
@@ -310,13 +269,15 @@ impl Renderer {
             self.background.pixels = self.gpu.storage_of("background", &pixels)?;
             self.background.size = Some([map.width as u32, map.height as u32]);
         }
-        self.stale.picture = true;
+        self.changes.note(Input::Background);
         Ok(())
     }
 
     /// Turns the background about y and scales its radiance (rgb), as was done to the lights.
     pub fn turn_background(&mut self, turn_rad: f32, scale: Vec3) {
-        self.stale.picture |= (self.background.turn_rad, self.background.scale) != (turn_rad, scale);
+        if (self.background.turn_rad, self.background.scale) != (turn_rad, scale) {
+            self.changes.note(Input::Background);
+        }
         self.background.turn_rad = turn_rad;
         self.background.scale = scale;
     }
@@ -337,50 +298,41 @@ impl Renderer {
         if sent_bytes > 0 {
             report.count("parameter bytes uploaded", sent_bytes);
         }
-        let refused = |reason: &str| GpuError::Refused {
-            what: "the picture".to_owned(),
-            reason: reason.to_owned(),
-        };
         if size.contains(&0) {
             return Err(refused("it has no pixels"));
         }
-        let scene = self.scene.as_mut().ok_or_else(|| refused("no groom was given"))?;
+        let scene = self.scene.as_ref().ok_or_else(|| refused("no groom was given"))?;
+        let now = LastFrame {
+            camera: *camera,
+            size,
+            settings: *settings,
+            sample: scene.strands.sample(scene.share(camera, size, settings)),
+        };
         self.transmittance.set_model(&gpu, settings.shade.method.model)?;
-        let last = self.last.as_ref();
-        self.stale.shading |=
-            last.is_none_or(|(c, _, s)| c.position() != camera.position() || s.shade != settings.shade);
-        self.stale.picture |= self.stale.shading
-            || self.stale.head
-            || (self.transmittance.lags() && !settings.interactive)
-            || last.is_none_or(|(c, z, s)| {
-                c != camera
-                    || *z != size
-                    || (s.samples, s.show_background, s.visibility_rays)
-                        != (
-                            settings.samples,
-                            settings.show_background,
-                            settings.visibility_rays,
-                        )
-            });
-        let view_stale = self.stale.picture || last.is_none_or(|(_, _, s)| s != settings);
+        self.note_changes(&now);
+        let mut few = self.take_lights(settings, &mut report)?;
+        let (changes, stale) = (self.changes, self.changes.stale());
+        self.frame += 1.0;
 
-        if self.stale.shading {
-            scene.strands.forget_shading(&gpu);
-        }
-        if let (true, Some(head)) = (self.stale.head, &scene.head) {
+        if let (true, Some(head)) = (
+            stale.has(Product::Head),
+            self.scene.as_ref().and_then(|s| s.head.as_ref()),
+        ) {
             report.time(&gpu, "head shading", |_| {
+                let lights = &self.lights;
                 self.head_shade.run(
                     &gpu,
                     head,
                     &self.transmittance,
-                    &self.lights.buffer,
-                    self.lights.lights.len(),
+                    &lights.buffer,
+                    lights.lights.len(),
                 );
                 Ok(())
             })?;
             report.count("head vertices shaded", u64::from(head.vertex_count));
         }
-        if self.stale.picture {
+        if stale.has(Product::Picture) {
+            let scene = self.scene.as_mut().ok_or_else(|| refused("no groom was given"))?;
             if self.target.as_ref().is_none_or(|target| target.size != size) {
                 self.target = Some(PictureBuffers::new(&gpu, size)?);
                 self.raster.forget();
@@ -392,9 +344,13 @@ impl Renderer {
                 .target
                 .as_ref()
                 .ok_or_else(|| refused("it was not allocated"))?;
-            // What another view showed is not wanted any more.
-            if last.is_none_or(|(c, z, s)| c != camera || *z != size || s.samples != settings.samples) {
+            if !settings.savings.has(Saving::Unseen) {
+                scene.strands.want_everything(&gpu);
+            } else if stale.has(Product::Fragments) {
+                // What another view showed is not wanted any more.
                 scene.strands.want_nothing(&gpu);
+            }
+            if stale.has(Product::Fragments) {
                 self.raster.forget();
             }
             let scene: &SceneBuffers = scene;
@@ -417,39 +373,42 @@ impl Renderer {
                 if done.painted_voxels > 0 {
                     scene.strands.multiple_work.forget_all(&gpu);
                 }
-                let inputs = ShadeInputs {
-                    camera_position: camera.position(),
-                    params: &scene.params,
-                    lights: &self.lights.buffer,
-                    real_light_count: self.lights.set.lights.len() as u32,
-                    constant: self.lights.set.constant,
-                    transmittance: &self.transmittance,
-                };
-                let done = report.time(&gpu, "strand shading", |_| {
-                    self.shade.run(&gpu, &settings.shade, &scene.strands, &inputs)
-                })?;
-                report.count("vertices shaded", done.vertices);
-                report.count("single scattering evaluations", done.single);
-                report.count("multiple scattering evaluations", done.multiple);
-                Ok(())
+                let inputs = scene.shade_inputs(&self.lights, &self.transmittance, &now, self.frame);
+                report.time(&gpu, "strand shading", |report| {
+                    if let Some(few) = few.take() {
+                        let done = self
+                            .shade
+                            .add(&gpu, &settings.shade, &scene.strands, &inputs, &few)?;
+                        report.count_shading(&done);
+                    }
+                    let done = self.shade.run(&gpu, &settings.shade, &scene.strands, &inputs)?;
+                    report.count_shading(&done);
+                    Ok(())
+                })
             };
-            let fragments = draw_samples(
-                &gpu,
-                &mut self.raster,
-                &self.head_pass,
-                &self.background,
+            let samples = Samples {
+                gpu: &gpu,
+                head_pass: &self.head_pass,
+                background: &self.background,
                 scene,
                 target,
-                camera,
-                settings,
-                &mut shade,
-            )?;
+                gain: self.lights.gain,
+                frame: self.frame,
+                is_head_stale: stale.has(Product::Head),
+                // Where nothing but radiance on the strands changed, pixels without such strands stay.
+                keeps_pixels: settings.savings.has(Saving::Untouched)
+                    && !stale.has(Product::Head)
+                    && !changes.has(Input::LightGain)
+                    && !changes.has(Input::Background),
+            };
+            let fragments = samples.draw(&mut self.raster, &now, &mut shade)?;
             gpu.wait()?;
             let shading_ms = report.total_ms() - timed_before;
             report.add_time("strand drawing", start.elapsed().as_secs_f64() * 1e3 - shading_ms);
             report.count("fragments", fragments);
+            report.count("strand segments drawn", u64::from(now.sample.0));
         }
-        if view_stale {
+        if stale.has(Product::View) {
             let target = self
                 .target
                 .as_ref()
@@ -461,9 +420,140 @@ impl Renderer {
                 Ok(())
             })?;
         }
-        self.last = Some((*camera, size, *settings));
-        self.stale = Stale::default();
+        self.last = Some(now);
+        self.changes = Changes::default();
         Ok(report)
+    }
+
+    /// Notes what differs between the last frame and this one, and forgets the shading that it makes stale.
+    fn note_changes(&mut self, now: &LastFrame) {
+        let Some(last) = self.last else {
+            self.changes = Changes::ALL;
+            return;
+        };
+        let (old, new) = (&last.settings, &now.settings);
+        let coarsest = |settings: &RenderSettings| {
+            let mut shade = settings.shade;
+            shade.method.quality = Quality::Draft;
+            shade
+        };
+        let noted = [
+            (Input::Eye, last.camera.position() != now.camera.position()),
+            (
+                Input::Lens,
+                (last.camera, last.size, last.sample) != (now.camera, now.size, now.sample)
+                    || old.samples != new.samples,
+            ),
+            (
+                Input::Method,
+                coarsest(old) != coarsest(new) || old.savings != new.savings,
+            ),
+            (
+                Input::Quality,
+                (new.shade.method.quality as u32) > old.shade.method.quality as u32
+                    || old.visibility_rays != new.visibility_rays,
+            ),
+            (Input::Parameters, self.transmittance.lags() && !new.interactive),
+            (Input::Background, old.show_background != new.show_background),
+            (
+                Input::Display,
+                (old.view, old.view_exposure_ev, old.backdrop)
+                    != (new.view, new.view_exposure_ev, new.backdrop),
+            ),
+        ];
+        for (input, _) in noted.into_iter().filter(|(_, changed)| *changed) {
+            self.changes.note(input);
+        }
+        let Some(scene) = &self.scene else { return };
+        let (single, multiple) = (&scene.strands.single_work, &scene.strands.multiple_work);
+        if !new.savings.has(Saving::Untouched) {
+            self.changes = Changes::ALL;
+            self.transmittance.forget();
+        }
+        if self.changes.has(Input::Method) || self.changes.has(Input::Geometry) {
+            single.forget_all(&self.gpu);
+            multiple.forget_all(&self.gpu);
+            self.lag = Lag::default();
+        }
+        // What a moving hand left behind is done once it rests.
+        if !new.interactive && self.lag.few_lights {
+            single.forget_all(&self.gpu);
+            multiple.forget_all(&self.gpu);
+            self.changes.note(Input::Quality);
+            self.lag = Lag::default();
+        }
+        if self.changes.has(Input::Eye) {
+            single.forget_all(&self.gpu);
+        }
+        if self.changes.has(Input::Eye) || self.lag.multiple_eye.is_some() {
+            let from = self.lag.multiple_eye.unwrap_or(last.camera.position());
+            let turn = (from - scene.centre).angle_between(now.camera.position() - scene.centre);
+            if new.interactive && new.savings.has(Saving::Turning) && turn <= TURNING_RAD {
+                self.lag.multiple_eye = Some(from);
+            } else {
+                multiple.forget_all(&self.gpu);
+                self.lag.multiple_eye = None;
+                self.changes.note(Input::Quality);
+            }
+        }
+    }
+
+    /// Takes the lights that were given since the last frame. Where only a few changed their contribution is taken away, and they are
+    /// returned to be added again.
+    fn take_lights(
+        &mut self,
+        settings: &RenderSettings,
+        report: &mut FrameReport,
+    ) -> Result<Option<Vec<u32>>, GpuError> {
+        let (Some(next), Some(scene)) = (self.next_lights.take(), &self.scene) else {
+            return Ok(None);
+        };
+        // Only in the view of the last frame is it known which vertices are wanted.
+        let is_same_view = !self.changes.stale().has(Product::Fragments);
+        let savings = settings.savings;
+        let gpu = &self.gpu;
+        match self.lights.change(
+            next,
+            savings,
+            settings.interactive && is_same_view,
+            &self.transmittance,
+        ) {
+            LightChange::Nothing => Ok(None),
+            LightChange::Gain(gain) => {
+                self.lights.gain = gain;
+                self.changes.note(Input::LightGain);
+                Ok(None)
+            }
+            LightChange::Few(few, set) => {
+                let Some(last) = &self.last else {
+                    return Ok(None);
+                };
+                let dark = self.lights.negative(gpu)?;
+                let inputs = ShadeInputs {
+                    lights: &dark,
+                    ..scene.shade_inputs(&self.lights, &self.transmittance, last, self.frame)
+                };
+                report.time(gpu, "strand shading", |report| {
+                    let done = self
+                        .shade
+                        .add(gpu, &settings.shade, &scene.strands, &inputs, &few)?;
+                    report.count_shading(&done);
+                    Ok(())
+                })?;
+                self.lights.take(gpu, set, self.lights.gain)?;
+                let moved = self.transmittance.set_lights(gpu, &self.lights.lights)?;
+                self.changes.note(light_input(&moved));
+                self.lag.few_lights = true;
+                Ok(Some(few))
+            }
+            LightChange::All(set) => {
+                self.lights.take(gpu, set, Vec3::ONE)?;
+                let moved = self.transmittance.set_lights(gpu, &self.lights.lights)?;
+                self.changes.note(light_input(&moved));
+                scene.strands.forget_shading(gpu);
+                Ok(None)
+            }
+        }
     }
 
     /// The last picture, scene-linear and premultiplied.
@@ -526,57 +616,136 @@ impl Renderer {
     }
 }
 
-/// Adds up the camera samples, each after `shade` has brought the vertices that it shows up to date; returns the number of fragments made.
-#[expect(clippy::too_many_arguments, reason = "parts of the renderer, borrowed apart")]
-fn draw_samples(
-    gpu: &Gpu,
-    raster: &mut Raster,
-    head_pass: &HeadPass,
-    background: &Background,
-    scene: &SceneBuffers,
-    target: &PictureBuffers,
-    camera: &Camera,
-    settings: &RenderSettings,
-    shade: &mut impl FnMut() -> Result<(), GpuError>,
-) -> Result<u64, GpuError> {
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    encoder.clear_buffer(&target.picture, 0, None);
-    gpu.queue.submit([encoder.finish()]);
-    let shown_background = background.size.filter(|_| settings.show_background);
-    let samples = settings.samples.max(1);
-    let mut fragments = 0;
-    for sample in 0..samples {
-        let jitter = subpixel(sample);
-        let uniform = CameraUniform::new(
-            camera,
-            target.size,
-            jitter,
-            scene.near,
-            scene.strands.segment_count,
-        );
-        if let Some(head) = &scene.head {
-            head_pass.draw(gpu, &uniform, head, &scene.head_target);
-        }
-        let resolve = ResolveUniform {
-            world_from_view: camera.world_from_camera.to_cols_array_2d(),
-            weight: 1.0 / samples as f32,
-            has_head: u32::from(scene.head.is_some()),
-            has_background: u32::from(shown_background.is_some()),
-            background_turn_rad: background.turn_rad,
-            background_scale: background.scale.to_array(),
-            pad: 0,
-            background_size: shown_background.unwrap_or([1, 1]),
-            pad_end: [0; 2],
-        };
-        let inputs = ResolveInputs {
-            strands: &scene.strands,
-            head: &scene.head_target,
-            background: &background.pixels,
-            target,
-        };
-        fragments += raster.draw(gpu, &uniform, &resolve, &inputs, &mut *shade)?;
+/// What changes with lights some of which are marched in another way.
+fn light_input(moved: &[u32]) -> Input {
+    if moved.is_empty() {
+        Input::LightColours
+    } else {
+        Input::LightPlaces
     }
-    Ok(fragments)
+}
+
+fn refused(reason: &str) -> GpuError {
+    GpuError::Refused {
+        what: "the picture".to_owned(),
+        reason: reason.to_owned(),
+    }
+}
+
+impl SceneBuffers {
+    /// Share of the strands to draw.
+    fn share(&self, camera: &Camera, size: [u32; 2], settings: &RenderSettings) -> f32 {
+        let wanted = settings.strand_share.clamp(LEAST_SHARE, 1.0);
+        if !settings.savings.has(Saving::Levels) {
+            return wanted;
+        }
+        let uniform = CameraUniform::new(camera, size, [0.0; 2], self.near, 0);
+        let distance = camera.position().distance(self.centre).max(self.near);
+        let width_px = self.diameter * uniform.focal_px / distance;
+        wanted.min((width_px / FINE_PX).clamp(LEAST_SHARE, 1.0))
+    }
+
+    fn shade_inputs<'a>(
+        &'a self,
+        lights: &'a SceneLights,
+        transmittance: &'a Transmittance,
+        now: &LastFrame,
+        frame: f32,
+    ) -> ShadeInputs<'a> {
+        ShadeInputs {
+            camera_position: now.camera.position(),
+            params: &self.params,
+            has_elliptic: self.has_elliptic,
+            lights: &lights.buffer,
+            real_light_count: lights.real_count(),
+            constant: lights.constant(),
+            transmittance,
+            savings: now.settings.savings,
+            frame,
+        }
+    }
+}
+
+/// The camera samples of a picture.
+struct Samples<'a> {
+    gpu: &'a Gpu,
+    head_pass: &'a HeadPass,
+    background: &'a Background,
+    scene: &'a SceneBuffers,
+    target: &'a PictureBuffers,
+    gain: Vec3,
+    frame: f32,
+    is_head_stale: bool,
+    keeps_pixels: bool,
+}
+
+impl Samples<'_> {
+    /// Adds them up, each after `shade` has brought the vertices that it shows up to date; returns the number of fragments made.
+    fn draw(
+        &self,
+        raster: &mut Raster,
+        now: &LastFrame,
+        shade: &mut impl FnMut() -> Result<(), GpuError>,
+    ) -> Result<u64, GpuError> {
+        let Self {
+            gpu,
+            scene,
+            background,
+            target,
+            ..
+        } = self;
+        let settings = &now.settings;
+        let samples = settings.samples.max(1);
+        let uniform = |sample: u32| CameraUniform {
+            width_factor: now.sample.1,
+            ..CameraUniform::new(
+                &now.camera,
+                target.size,
+                subpixel(sample),
+                scene.near,
+                now.sample.0,
+            )
+        };
+        let is_held = samples == 1 && raster.holds(&uniform(0));
+        let touched_only = is_held && self.keeps_pixels;
+        if !touched_only {
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            encoder.clear_buffer(&target.picture, 0, None);
+            gpu.queue.submit([encoder.finish()]);
+        }
+        let shown_background = background.size.filter(|_| settings.show_background);
+        let mut fragments = 0;
+        for sample in 0..samples {
+            let uniform = uniform(sample);
+            if let (Some(head), true) = (&scene.head, !is_held || self.is_head_stale) {
+                self.head_pass.draw(gpu, &uniform, head, &scene.head_target);
+            }
+            let resolve = ResolveUniform {
+                world_from_view: now.camera.world_from_camera.to_cols_array_2d(),
+                weight: 1.0 / samples as f32,
+                has_head: u32::from(scene.head.is_some()),
+                has_background: u32::from(shown_background.is_some()),
+                background_turn_rad: background.turn_rad,
+                background_scale: background.scale.to_array(),
+                straight: u32::from(settings.savings.has(Saving::Straight)),
+                background_size: shown_background.unwrap_or([1, 1]),
+                frame: self.frame,
+                pad: 0,
+                gain: self.gain.to_array(),
+                pad_end: 0,
+            };
+            let inputs = ResolveInputs {
+                strands: &scene.strands,
+                head: &scene.head_target,
+                background: &background.pixels,
+                target,
+                marks: settings.savings.has(Saving::Unseen),
+                touched_only,
+            };
+            fragments += raster.draw(gpu, &uniform, &resolve, &inputs, &mut *shade)?;
+        }
+        Ok(fragments)
+    }
 }
 
 /// Offset of a camera sample in pixels: the R2 sequence (Roberts 2018), the first one at the pixel's centre.
@@ -584,36 +753,4 @@ fn subpixel(sample: u32) -> [f32; 2] {
     const PLASTIC: f64 = 1.324_717_957_244_746;
     [1.0 / PLASTIC, 1.0 / (PLASTIC * PLASTIC)]
         .map(|step| ((0.5 + f64::from(sample) * step).fract() - 0.5) as f32)
-}
-
-/// Which strand is seen at each pixel.
-pub struct PickMap {
-    /// Pixels a row.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    entries: Vec<[u32; 2]>,
-}
-
-/// A strand seen at a pixel.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pick {
-    /// Depth along the camera's axis, groom units.
-    pub depth: f32,
-    /// Index of the refined strand's segment.
-    pub segment: u32,
-}
-
-impl PickMap {
-    /// The strand at pixel (x, y), row 0 on top.
-    pub fn at(&self, x: u32, y: u32) -> Option<Pick> {
-        if x >= self.width || y >= self.height {
-            return None;
-        }
-        let [depth, segment] = self.entries[(y * self.width + x) as usize];
-        (segment > 0).then(|| Pick {
-            depth: f32::from_bits(depth),
-            segment: segment - 1,
-        })
-    }
 }

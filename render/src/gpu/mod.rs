@@ -9,13 +9,18 @@ mod kernel;
 mod lights;
 mod method;
 pub mod operations;
+mod pick_map;
 pub mod probe;
 pub mod probe_cases;
 pub mod probe_deon;
 pub mod probe_kajiya_kay;
 pub mod raster;
+mod report;
+mod savings;
+mod scene_lights;
 mod shade;
 pub mod shader;
+pub mod stale;
 pub mod strands;
 pub mod tables;
 mod tables_kajiya_kay;
@@ -25,9 +30,12 @@ mod work_list;
 
 pub use camera::{Camera, CameraFile};
 pub use device::{Gpu, GpuError};
-pub use frame::{FrameReport, Pick, PickMap, RenderSettings, Renderer};
+pub use frame::{RenderSettings, Renderer};
 pub use kernel::{GROUP_SIZE, Kernel, fold_groups};
 pub use method::{DIRECTIONAL_GAMMAS, DIRECTIONS, Method, Model, Quality, SEGMENTS, Scheme};
+pub use pick_map::{Pick, PickMap};
+pub use report::FrameReport;
+pub use savings::{Saving, Savings};
 pub use shade::{Multiple, ShadeSettings, Terms};
 pub use transmittance::{
     AVERAGES_ENTRIES, LightBatch, MeanFibre, PATH_BYTES, Transmittance, TransmittanceReport,

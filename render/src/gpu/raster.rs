@@ -29,12 +29,18 @@ pub struct ResolveUniform {
     pub background_turn_rad: f32,
     /// Factor on the environment's radiance, rgb.
     pub background_scale: [f32; 3],
-    /// Alignment.
-    pub pad: u32,
+    /// 1: vertices in the middle of a straight span are not wanted, the ends of the span are.
+    pub straight: u32,
     /// Width and height of the environment map, pixels.
     pub background_size: [u32; 2],
+    /// Number of this frame, as in the radiance of what it changed.
+    pub frame: f32,
     /// Alignment.
-    pub pad_end: [u32; 2],
+    pub pad: u32,
+    /// Factor (rgb) on what the lights give.
+    pub gain: [f32; 3],
+    /// Alignment.
+    pub pad_end: u32,
 }
 
 /// Buffers of the size of a picture.
@@ -73,6 +79,7 @@ pub struct Raster {
     alloc: Kernel,
     mark: Kernel,
     resolve: Kernel,
+    resolve_touched: Kernel,
     total: wgpu::Buffer,
     fragments: wgpu::Buffer,
     capacity: u64,
@@ -92,11 +99,17 @@ impl Raster {
             alloc: Kernel::new(gpu, "pass/strand_alloc.wgsl", &[])?,
             mark: Kernel::new(gpu, "pass/resolve.wgsl", &[("MARK", 1.0)])?,
             resolve: Kernel::new(gpu, "pass/resolve.wgsl", &[("MARK", 0.0)])?,
+            resolve_touched: Kernel::new(gpu, "pass/resolve.wgsl", &[("TOUCHED", 1.0)])?,
             total: gpu.storage("fragment total", 4)?,
             fragments: gpu.storage("fragments", FRAGMENT_BYTES)?,
             capacity: 1,
             binned: None,
         })
+    }
+
+    /// Whether the fragments of the whole picture by this camera are there.
+    pub fn holds(&self, camera: &CameraUniform) -> bool {
+        self.binned.is_some_and(|(binned, _)| binned == *camera)
     }
 
     /// The strands changed: fragments of earlier frames are worth nothing.
@@ -120,9 +133,14 @@ impl Raster {
         inputs: &ResolveInputs<'_>,
         mut shade: impl FnMut() -> Result<(), GpuError>,
     ) -> Result<u64, GpuError> {
-        if self.binned.is_some_and(|(binned, _)| binned == *camera) {
+        if self.holds(camera) {
             shade()?;
-            self.resolve_band(gpu, &self.resolve, camera, resolve, inputs);
+            let kernel = if inputs.touched_only {
+                &self.resolve_touched
+            } else {
+                &self.resolve
+            };
+            self.resolve_band(gpu, kernel, camera, resolve, inputs);
             return Ok(0);
         }
         self.binned = None;
@@ -155,7 +173,9 @@ impl Raster {
                 self.fragments = gpu.storage("fragments", self.capacity * FRAGMENT_BYTES)?;
             }
             self.bin(gpu, &self.store, &band, inputs);
-            self.resolve_band(gpu, &self.mark, &band, resolve, inputs);
+            if inputs.marks {
+                self.resolve_band(gpu, &self.mark, &band, resolve, inputs);
+            }
             shade()?;
             self.resolve_band(gpu, &self.resolve, &band, resolve, inputs);
             if end_row - first_row == camera.size[1] {
@@ -236,6 +256,7 @@ impl Raster {
             buffer(12, &inputs.strands.vertices),
             buffer(13, &inputs.strands.wanted_vertices),
             buffer(14, &inputs.strands.wanted_points),
+            buffer(15, &inputs.strands.spans),
         ];
         let mut entries: Vec<_> = buffers
             .iter()
@@ -265,4 +286,8 @@ pub struct ResolveInputs<'a> {
     pub background: &'a wgpu::Buffer,
     /// The picture.
     pub target: &'a PictureBuffers,
+    /// Whether the vertices that a pixel shows are marked before they are shaded.
+    pub marks: bool,
+    /// Whether, where fragments are used again, pixels without changed vertices stay as they are.
+    pub touched_only: bool,
 }

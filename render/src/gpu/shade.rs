@@ -1,5 +1,6 @@
 //! Strand shading: which lobes and which multiple scattering, and the pass that evaluates them per refined vertex.
 
+use std::ops::Range;
 use std::str::FromStr;
 
 use bytemuck::{Pod, Zeroable};
@@ -9,8 +10,8 @@ use serde::{Deserialize, Serialize};
 use super::strands::StrandBuffers;
 use super::tables::scattering_tables;
 use super::transmittance::{LightBatch, Transmittance};
-use super::work_list::{DONE, Lister};
-use super::{Gpu, GpuError, Kernel, Method, Quality};
+use super::work_list::Lister;
+use super::{Gpu, GpuError, Kernel, Method, Quality, Saving, Savings};
 
 /// How light that has crossed other fibres is added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -116,6 +117,8 @@ pub struct ShadeInputs<'a> {
     pub camera_position: Vec3,
     /// `VertexParams` per groom point.
     pub params: &'a wgpu::Buffer,
+    /// Whether any of them is of an elliptic section.
+    pub has_elliptic: bool,
     /// `Light` per light, those of the uniform environment at the end.
     pub lights: &'a wgpu::Buffer,
     /// Lights in front of those that stand for the uniform environment.
@@ -124,14 +127,30 @@ pub struct ShadeInputs<'a> {
     pub constant: Vec3,
     /// Records per (point, light).
     pub transmittance: &'a Transmittance,
+    /// What need not be done.
+    pub savings: Savings,
+    /// Number of this frame.
+    pub frame: f32,
 }
 
-/// The two passes, compiled for the method that was used last.
+/// The passes, compiled for the variants that were used last.
 pub struct ShadePass {
-    kernels: Option<(Method, ShadeKernels)>,
+    variants: Vec<(Variant, ShadeKernels)>,
     lister: Lister,
     sum: Kernel,
     tables: wgpu::Buffer,
+}
+
+/// Variants that are kept: drafts and pictures at rest of a few methods.
+const MOST_VARIANTS: usize = 8;
+
+/// What the passes are compiled for.
+#[derive(Clone, Copy, PartialEq)]
+struct Variant {
+    method: Method,
+    may_be_elliptic: bool,
+    follows_absorbed: bool,
+    skips_hidden: bool,
 }
 
 struct ShadeKernels {
@@ -147,8 +166,12 @@ pub struct ShadeReport {
     pub vertices: u64,
     /// (refined vertex, light) pairs of single scattering.
     pub single: u64,
+    /// Of these, pairs whose fibre is of elliptic section.
+    pub elliptic: u64,
     /// (groom point, light) pairs of multiple scattering.
     pub multiple: u64,
+    /// Pairs of both kinds that were left out because next to nothing of the light arrives.
+    pub hidden: u64,
 }
 
 impl ShadePass {
@@ -158,7 +181,7 @@ impl ShadePass {
     /// [`GpuError::TooLarge`].
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         Ok(Self {
-            kernels: None,
+            variants: Vec::new(),
             lister: Lister::new(gpu)?,
             sum: Kernel::new(gpu, "pass/strand_radiance.wgsl", &[])?,
             tables: gpu.storage_of("scattering tables", &scattering_tables())?,
@@ -176,12 +199,10 @@ impl ShadePass {
         strands: &StrandBuffers,
         inputs: &ShadeInputs<'_>,
     ) -> Result<ShadeReport, GpuError> {
-        let mut report = ShadeReport::default();
-        let scatters_often = settings.scatters_often();
         let lights = runs(settings, strands, inputs);
         // What no pass fills is dark.
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        if !scatters_often || lights.is_empty() {
+        if !settings.scatters_often() || lights.is_empty() {
             encoder.clear_buffer(&strands.multiple, 0, None);
         }
         if lights.is_empty() {
@@ -189,6 +210,92 @@ impl ShadePass {
             encoder.clear_buffer(&strands.radiance, 0, None);
         }
         gpu.queue.submit([encoder.finish()]);
+        let (lister, quality) = (&self.lister, settings.method.quality);
+        let points = if settings.scatters_often() && !lights.is_empty() {
+            let level = level(multiple_quality(quality));
+            strands
+                .multiple_work
+                .collect(gpu, lister, &strands.wanted_points, level)?
+        } else {
+            0
+        };
+        let vertices = if lights.is_empty() {
+            0
+        } else {
+            strands
+                .single_work
+                .collect(gpu, lister, &strands.wanted_vertices, level(quality))?
+        };
+        let mut report = self.scatter(gpu, settings, strands, inputs, &lights, [vertices, points])?;
+        report.vertices = u64::from(vertices);
+
+        let uniform = gpu.uniform_of(
+            "radiance",
+            &RadianceUniform {
+                frame: inputs.frame,
+                straight: u32::from(inputs.savings.has(Saving::Straight)),
+                pad: [0; 2],
+            },
+        );
+        let sum = [
+            (0, &strands.vertices),
+            (1, &strands.single),
+            (2, &strands.multiple),
+            (3, &strands.radiance),
+            (4, &strands.spans),
+            (5, &uniform),
+        ];
+        self.sum.run(gpu, &self.sum.bind(gpu, &sum), strands.vertex_count);
+        Ok(report)
+    }
+
+    /// Adds what the lights numbered `few` give to the wanted vertices that are up to date but for them; a negative radiance takes away
+    /// what they gave. Vertices that are up to date and not wanted become stale.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`] when a shader does not compile, [`GpuError::Lost`].
+    pub fn add(
+        &mut self,
+        gpu: &Gpu,
+        settings: &ShadeSettings,
+        strands: &StrandBuffers,
+        inputs: &ShadeInputs<'_>,
+        few: &[u32],
+    ) -> Result<ShadeReport, GpuError> {
+        let mut lights = Vec::new();
+        for light in few {
+            let holds = |batch: &&LightBatch| batch.lights.contains(light);
+            if let Some(batch) = inputs.transmittance.batches().iter().find(holds) {
+                let range = *light..*light + 1;
+                let uniform = uniform(settings, strands, inputs, batch, range, Vec3::ZERO, true);
+                lights.push(Run { batch, uniform });
+            }
+        }
+        let (lister, best) = (&self.lister, u32::MAX);
+        let points = if settings.scatters_often() {
+            strands
+                .multiple_work
+                .collect_again(gpu, lister, &strands.wanted_points, best)?
+        } else {
+            0
+        };
+        let vertices = strands
+            .single_work
+            .collect_again(gpu, lister, &strands.wanted_vertices, best)?;
+        self.scatter(gpu, settings, strands, inputs, &lights, [vertices, points])
+    }
+
+    /// Scatters `lights` at the listed vertices (single) and points (multiple).
+    fn scatter(
+        &mut self,
+        gpu: &Gpu,
+        settings: &ShadeSettings,
+        strands: &StrandBuffers,
+        inputs: &ShadeInputs<'_>,
+        lights: &[Run<'_>],
+        [vertices, points]: [u32; 2],
+    ) -> Result<ShadeReport, GpuError> {
+        let mut report = ShadeReport::default();
         let buffers = (
             inputs.transmittance.light_buffer(),
             inputs.transmittance.direction_buffer(),
@@ -196,29 +303,32 @@ impl ShadePass {
         let (Some(frames), Some(directions)) = buffers else {
             return Ok(report);
         };
-
-        let tables = &self.tables;
-        let kernels = match &mut self.kernels {
-            Some((method, kernels)) if *method == settings.method => kernels,
-            stale => {
-                &mut stale
-                    .insert((settings.method, ShadeKernels::new(gpu, settings.method)?))
-                    .1
-            }
+        if lights.is_empty() || vertices.max(points) == 0 {
+            return Ok(report);
+        }
+        let variant = Variant {
+            method: settings.method,
+            may_be_elliptic: inputs.has_elliptic || !inputs.savings.has(Saving::Circular),
+            follows_absorbed: !inputs.savings.has(Saving::Absorbed),
+            skips_hidden: inputs.savings.has(Saving::Hidden),
         };
+        self.compile(gpu, variant)?;
+        let Some((_, kernels)) = self.variants.last() else {
+            return Ok(report);
+        };
+        let evaluated = gpu.storage("evaluated lights", 16)?;
         let common = [
             (1, &strands.vertices),
             (2, inputs.params),
             (3, inputs.lights),
             (4, frames),
-            (5, tables),
+            (5, &self.tables),
         ];
-        let points = strands
-            .multiple_work
-            .collect(gpu, &self.lister, &strands.wanted_points, DONE)?;
-        if let (true, Some(kernel)) = (scatters_often && points > 0, &kernels.multiple) {
-            for run in &lights {
-                let uniform = gpu.uniform_of("shade multiple", &run.uniform);
+        let mut pairs = 0;
+        for run in lights {
+            let count = u64::from(run.uniform.light_count);
+            let uniform = gpu.uniform_of("shade", &run.uniform);
+            if let (1.., Some(kernel)) = (points, &kernels.multiple) {
                 let own = [
                     (0, &uniform),
                     (6, &run.batch.path),
@@ -227,54 +337,84 @@ impl ShadePass {
                     (9, inputs.transmittance.averages_table()),
                     (10, &strands.point_vertices),
                     (11, &strands.multiple_work.items),
+                    (12, &evaluated),
                 ];
-                let bound = kernel.bind(gpu, &[&common[..], &own].concat());
-                kernel.run(gpu, &bound, points);
-                report.multiple += u64::from(points) * u64::from(run.uniform.light_count);
+                kernel.run(gpu, &kernel.bind(gpu, &[&common[..], &own].concat()), points);
+                pairs += u64::from(points) * count;
             }
-        }
-        let vertices = strands
-            .single_work
-            .collect(gpu, &self.lister, &strands.wanted_vertices, DONE)?;
-        report.vertices = u64::from(vertices);
-        if vertices > 0 {
-            for run in &lights {
-                let uniform = gpu.uniform_of("shade", &run.uniform);
+            if vertices > 0 {
                 let own = [
                     (0, &uniform),
                     (6, &run.batch.visibility),
                     (7, &strands.single),
                     (8, &strands.single_work.items),
+                    (9, &evaluated),
                 ];
                 let bound = kernels.single.bind(gpu, &[&common[..], &own].concat());
                 kernels.single.run(gpu, &bound, vertices);
-                report.single += u64::from(vertices) * u64::from(run.uniform.light_count);
+                pairs += u64::from(vertices) * count;
             }
         }
-        let sum = [
-            (0, &strands.vertices),
-            (1, &strands.single),
-            (2, &strands.multiple),
-            (3, &strands.radiance),
-        ];
-        self.sum.run(gpu, &self.sum.bind(gpu, &sum), strands.vertex_count);
+        let evaluated = gpu.read::<u32>(&evaluated, 3)?;
+        [report.single, report.elliptic, report.multiple] = [0, 1, 2].map(|k| u64::from(evaluated[k]));
+        report.hidden = pairs - report.single - report.multiple;
         Ok(report)
+    }
+
+    /// Compiles a variant that was not used lately; it is the last one then.
+    fn compile(&mut self, gpu: &Gpu, variant: Variant) -> Result<(), GpuError> {
+        let there = self.variants.iter().position(|(v, _)| *v == variant);
+        let entry = match there {
+            Some(place) => self.variants.remove(place),
+            None => (variant, ShadeKernels::new(gpu, variant)?),
+        };
+        self.variants.push(entry);
+        if self.variants.len() > MOST_VARIANTS {
+            self.variants.remove(0);
+        }
+        Ok(())
     }
 }
 
+/// How well a vertex is done by a quality: better ones stay when less is asked for.
+fn level(quality: Quality) -> u32 {
+    1 + quality as u32
+}
+
+/// Multiple scattering is an approximation of some percent: only pictures to compare with want its integrals finer.
+fn multiple_quality(quality: Quality) -> Quality {
+    match quality {
+        Quality::High => Quality::Standard,
+        Quality::Draft | Quality::Standard => Quality::Draft,
+    }
+}
+
+/// Layout of `RadianceUniform` in `shaders/pass/strand_radiance.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct RadianceUniform {
+    frame: f32,
+    straight: u32,
+    pad: [u32; 2],
+}
+
 impl ShadeKernels {
-    fn new(gpu: &Gpu, method: Method) -> Result<Self, GpuError> {
-        // Multiple scattering is an approximation of some percent: only pictures to compare with want its integrals finer.
-        let quality = match method.quality {
-            Quality::High => Quality::Standard,
-            Quality::Draft | Quality::Standard => Quality::Draft,
-        };
+    fn new(gpu: &Gpu, variant: Variant) -> Result<Self, GpuError> {
+        let method = variant.method;
+        let quality = multiple_quality(method.quality);
+        let skips_hidden = ("skips_hidden", f64::from(u8::from(variant.skips_hidden)));
+        let single = [
+            skips_hidden,
+            ("may_be_elliptic", f64::from(u8::from(variant.may_be_elliptic))),
+            ("follows_absorbed", f64::from(u8::from(variant.follows_absorbed))),
+        ];
+        let multiple = Method { quality, ..method };
         Ok(Self {
-            single: Kernel::scattering(gpu, "pass/shade.wgsl", &method)?,
+            single: Kernel::scattering_with(gpu, "pass/shade.wgsl", &method, &single)?,
             multiple: method
                 .model
                 .scatters_often()
-                .then(|| Kernel::scattering(gpu, "pass/shade_multiple.wgsl", &Method { quality, ..method }))
+                .then(|| Kernel::scattering_with(gpu, "pass/shade_multiple.wgsl", &multiple, &[skips_hidden]))
                 .transpose()?,
         })
     }
@@ -299,31 +439,55 @@ fn runs<'a>(settings: &ShadeSettings, strands: &StrandBuffers, inputs: &ShadeInp
         ];
         // Lights that stand for a uniform environment are weighed by their sum: these stay together.
         let most = settings.method.lights_per_dispatch() as usize;
-        let [(real, none), uniform] = parts;
+        let [(real, none), constant_lights] = parts;
         let chunks = real.clone().step_by(most).map(|first| {
             let last = real.end.min(first.saturating_add(most as u32));
             (first..last, none)
         });
-        for (lights, constant) in chunks.chain([uniform]).filter(|(lights, _)| !lights.is_empty()) {
-            let uniform = ShadeUniform {
-                camera_position: inputs.camera_position.to_array(),
-                vertex_count: strands.vertex_count,
-                constant: constant.to_array(),
-                point_count: strands.point_count,
-                terms: settings.terms.0,
-                first_light: lights.start,
-                light_count: lights.len() as u32,
-                first_record: (lights.start - batch.lights.start) * strands.point_count,
-                adds: u32::from(!runs.is_empty()),
-                multiple: match settings.multiple {
-                    Multiple::M3 | Multiple::Off => 0,
-                    Multiple::Zinke2008 => 1,
-                    Multiple::M2 => 2,
-                },
-                padding: [0; 2],
-            };
+        for (lights, constant) in chunks
+            .chain([constant_lights])
+            .filter(|(lights, _)| !lights.is_empty())
+        {
+            let uniform = uniform(
+                settings,
+                strands,
+                inputs,
+                batch,
+                lights,
+                constant,
+                !runs.is_empty(),
+            );
             runs.push(Run { batch, uniform });
         }
     }
     runs
+}
+
+/// The uniform of a dispatch for consecutive lights of a batch; `adds`: to what is there.
+fn uniform(
+    settings: &ShadeSettings,
+    strands: &StrandBuffers,
+    inputs: &ShadeInputs<'_>,
+    batch: &LightBatch,
+    lights: Range<u32>,
+    constant: Vec3,
+    adds: bool,
+) -> ShadeUniform {
+    ShadeUniform {
+        camera_position: inputs.camera_position.to_array(),
+        vertex_count: strands.vertex_count,
+        constant: constant.to_array(),
+        point_count: strands.point_count,
+        terms: settings.terms.0,
+        first_light: lights.start,
+        light_count: lights.len() as u32,
+        first_record: (lights.start - batch.lights.start) * strands.point_count,
+        adds: u32::from(adds),
+        multiple: match settings.multiple {
+            Multiple::M3 | Multiple::Off => 0,
+            Multiple::Zinke2008 => 1,
+            Multiple::M2 => 2,
+        },
+        padding: [0; 2],
+    }
 }

@@ -86,7 +86,6 @@ struct VolumeBuffers {
 /// The lights on the GPU.
 struct LightBuffers {
     frames: Vec<LobeLight>,
-    table: Vec<LobeDirection>,
     lights: wgpu::Buffer,
     directions: wgpu::Buffer,
     exact: Option<ExactLights>,
@@ -182,6 +181,8 @@ pub struct Transmittance {
     lights: Option<LightBuffers>,
     batches: Vec<LightBatch>,
     stale: Stale,
+    /// Lights whose records are stale where the others' are not.
+    moved: Vec<u32>,
     has_paint: bool,
 }
 
@@ -210,6 +211,7 @@ impl Transmittance {
             lights: None,
             batches: Vec::new(),
             stale: Stale::default(),
+            moved: Vec::new(),
             has_paint: false,
         })
     }
@@ -271,26 +273,53 @@ impl Transmittance {
         self.stale.paint
     }
 
-    /// Takes the lights; those that would be marched as before change nothing.
+    /// Takes the lights and returns those that are marched in another way than before; the records of the others stay.
     ///
     /// # Errors
     /// [`GpuError::TooLarge`] where their table exceeds what the adapter binds.
-    pub fn set_lights(&mut self, gpu: &Gpu, lights: &[SrbfLight]) -> Result<(), GpuError> {
+    pub fn set_lights(&mut self, gpu: &Gpu, lights: &[SrbfLight]) -> Result<Vec<u32>, GpuError> {
         let (frames, directions) = lobe_tables(lights);
-        let old = self.lights.as_ref();
-        if old.is_some_and(|old| old.frames == frames && old.table == directions) {
-            return Ok(());
+        let count = frames.len() as u32;
+        let moved = self.moved_among(&frames);
+        if !moved.is_empty() || self.lights.is_none() {
+            self.lights = Some(LightBuffers {
+                lights: gpu.storage_of("lobe lights", &frames)?,
+                directions: gpu.storage_of::<LobeDirection>("lobe directions", &directions)?,
+                frames,
+                exact: None,
+            });
+            self.srbf = lights.to_vec();
         }
-        self.lights = Some(LightBuffers {
-            lights: gpu.storage_of("lobe lights", &frames)?,
-            directions: gpu.storage_of::<LobeDirection>("lobe directions", &directions)?,
-            frames,
-            table: directions,
-            exact: None,
-        });
-        self.srbf = lights.to_vec();
+        // Going through the lists once for a few lights is worth it where most records stay.
+        if 4 * moved.len() as u32 > count {
+            self.stale.lights = true;
+        } else {
+            self.moved.extend(&moved);
+        }
+        Ok(moved)
+    }
+
+    /// What [`Self::set_lights`] would return.
+    pub fn moved_by(&self, lights: &[SrbfLight]) -> Vec<u32> {
+        self.moved_among(&lobe_tables(lights).0)
+    }
+
+    fn moved_among(&self, frames: &[LobeLight]) -> Vec<u32> {
+        match &self.lights {
+            Some(old) if old.frames.len() == frames.len() => {
+                let pairs = (0..).zip(old.frames.iter().zip(frames));
+                let moved = pairs.filter(|(_, (old, new))| !old.is_marched_as(new));
+                moved.map(|(light, _)| light).collect()
+            }
+            _ => (0..frames.len() as u32).collect(),
+        }
+    }
+
+    /// Nothing that was marched counts any more.
+    pub fn forget(&mut self) {
         self.stale.lights = true;
-        Ok(())
+        self.stale.paint = true;
+        self.has_paint = false;
     }
 
     /// Runs what is stale, as far as strands, parameters and lights are there, for the points that `wanted` (u32 a point) does not hold
@@ -345,31 +374,49 @@ impl Transmittance {
             volume.visibility_work.forget_all(gpu);
             volume.path_work.forget_all(gpu);
             self.stale.lights = false;
+            self.moved.clear();
         }
         let wanted = wanted.unwrap_or(&volume.every_point);
         let rays_of =
             |count: fn(&LobeLight) -> u32| lights.frames.iter().map(|l| u64::from(count(l))).sum::<u64>();
+        let every: Vec<u32> = (0..light_count).collect();
+        if !self.moved.is_empty() {
+            self.moved.sort_unstable();
+            self.moved.dedup();
+            let moved = |count: fn(&LobeLight) -> u32| {
+                let counts = self.moved.iter().map(|l| count(&lights.frames[*l as usize]));
+                counts.map(u64::from).sum::<u64>()
+            };
+            let again = |work: &WorkList| work.collect_again(gpu, &self.lister, wanted, DONE);
+            let points = again(&volume.visibility_work)?;
+            self.march_lights(gpu, volume, lights, Records::Visibility, points, &self.moved);
+            report.visibility_rays += u64::from(points) * moved(|light| light.visibility_count);
+            let points = again(&volume.path_work)?;
+            self.march_lights(gpu, volume, lights, Records::Path, points, &self.moved);
+            report.path_rays += u64::from(points) * moved(|light| light.path_count + 1);
+        }
         let points = volume.visibility_work.collect(gpu, &self.lister, wanted, DONE)?;
         if points > 0 {
-            self.march_lights(gpu, volume, lights, Records::Visibility, points);
-            report.visibility_rays = u64::from(points) * rays_of(|light| light.visibility_count);
+            self.march_lights(gpu, volume, lights, Records::Visibility, points, &every);
+            report.visibility_rays += u64::from(points) * rays_of(|light| light.visibility_count);
         }
         if let (1.., Some(exact)) = (rays, &lights.exact) {
             let points = volume
                 .visibility_work
                 .collect(gpu, &self.lister, wanted, DONE + rays)?;
             if points > 0 {
-                self.march_lights(gpu, volume, lights, Records::Exact(exact), points);
+                self.march_lights(gpu, volume, lights, Records::Exact(exact), points, &every);
                 report.exact_rays = u64::from(points) * exact.total_rays;
             }
         }
         if self.has_paint {
             let points = volume.path_work.collect(gpu, &self.lister, wanted, DONE)?;
             if points > 0 {
-                self.march_lights(gpu, volume, lights, Records::Path, points);
-                report.path_rays = u64::from(points) * rays_of(|light| light.path_count + 1);
+                self.march_lights(gpu, volume, lights, Records::Path, points, &every);
+                report.path_rays += u64::from(points) * rays_of(|light| light.path_count + 1);
             }
         }
+        self.moved.clear();
         Ok(report)
     }
 
@@ -420,7 +467,7 @@ impl Transmittance {
             .run(gpu, &self.density_paint.bind(gpu, &buffers), volume.stored_voxels);
     }
 
-    /// Marches from the listed points, one submission per light, so that a slow adapter stays responsive between them.
+    /// Marches from the listed points to those of `lights` that are numbered, one submission per light, so that a slow adapter stays responsive between them.
     fn march_lights(
         &self,
         gpu: &Gpu,
@@ -428,9 +475,14 @@ impl Transmittance {
         lights: &LightBuffers,
         records: Records<'_>,
         listed_points: u32,
+        numbered: &[u32],
     ) {
-        for batch in &self.batches {
-            for light in batch.lights.clone() {
+        for batch in self.batches.iter().filter(|_| listed_points > 0) {
+            for light in numbered
+                .iter()
+                .copied()
+                .filter(|light| batch.lights.contains(light))
+            {
                 let run = LightRun {
                     point_count: volume.point_count,
                     light,

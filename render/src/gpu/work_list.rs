@@ -4,8 +4,11 @@ use std::ops::Range;
 
 use super::{Gpu, GpuError, Kernel};
 
-/// The pass that fills work lists.
-pub struct Lister(Kernel);
+/// The passes that fill work lists: with what is to be done, with what is to be changed.
+pub struct Lister {
+    to_do: Kernel,
+    again: Kernel,
+}
 
 /// Done, where there is only one way to do it.
 pub const DONE: u32 = 1;
@@ -16,7 +19,10 @@ impl Lister {
     /// # Errors
     /// [`GpuError::Refused`].
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        Kernel::new(gpu, "pass/work_list.wgsl", &[]).map(Self)
+        Ok(Self {
+            to_do: Kernel::new(gpu, "pass/work_list.wgsl", &[])?,
+            again: Kernel::new(gpu, "pass/work_list.wgsl", &[("AGAIN", 1.0)])?,
+        })
     }
 }
 
@@ -69,15 +75,34 @@ impl WorkList {
         wanted: &wgpu::Buffer,
         level: u32,
     ) -> Result<u32, GpuError> {
+        self.list(gpu, &lister.to_do, wanted, level)
+    }
+
+    /// Fills the list with the items that are done and wanted, which then count as done no better than `level`, and returns their number;
+    /// those that are done and not wanted are stale.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`].
+    pub fn collect_again(
+        &self,
+        gpu: &Gpu,
+        lister: &Lister,
+        wanted: &wgpu::Buffer,
+        level: u32,
+    ) -> Result<u32, GpuError> {
+        self.list(gpu, &lister.again, wanted, level)
+    }
+
+    fn list(&self, gpu: &Gpu, pass: &Kernel, wanted: &wgpu::Buffer, level: u32) -> Result<u32, GpuError> {
         let level = gpu.uniform_of("level of work", &[level, 0, 0, 0]);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         encoder.clear_buffer(&self.items, 0, Some(4));
         gpu.queue.submit([encoder.finish()]);
-        let bound = lister.0.bind(
+        let bound = pass.bind(
             gpu,
             &[(0, wanted), (1, &self.done), (2, &self.items), (3, &level)],
         );
-        lister.0.run(gpu, &bound, self.count);
+        pass.run(gpu, &bound, self.count);
         Ok(gpu.read::<u32>(&self.items, 1)?[0])
     }
 }

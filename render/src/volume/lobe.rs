@@ -43,6 +43,18 @@ pub struct LobeLight {
     pub solid_angle: f32,
 }
 
+impl LobeLight {
+    /// Whether rays towards this light are those towards `other`: the directions of both may stand in different places of their tables.
+    pub fn is_marched_as(&self, other: &Self) -> bool {
+        let placed = Self {
+            first_visibility: other.first_visibility,
+            first_path: other.first_path,
+            ..*self
+        };
+        placed == *other
+    }
+}
+
 /// One direction of a light, same layout as `LobeDirection` in `shaders/lib/volume.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]

@@ -1,6 +1,7 @@
 //! `balayage bench`: run time against error, one file a benchmark. Times compare what one run on one machine measured.
 
 mod end_to_end;
+mod frame;
 mod light_steps;
 mod lights;
 mod methods;
@@ -27,6 +28,8 @@ enum Bench {
     Scatter(scatter::ScatterArgs),
     /// Environment maps: hair error of SRBF lights and of spherical harmonics.
     Lights(lights::LightsArgs),
+    /// The frame: what each edit costs, what each saving saves, how cost grows.
+    Frame(frame::FrameArgs),
     /// Painting: milliseconds and work of each step from the pointer to the picture.
     Paint(paint::PaintArgs),
     /// The picture, first frame and refined, against path tracing.
@@ -39,6 +42,7 @@ pub(super) fn run(args: &BenchArgs, console: &mut Console<'_>) -> Result<(), Cli
     match &args.what {
         Bench::Scatter(args) => scatter::run(args, console),
         Bench::Lights(args) => lights::run(args, console),
+        Bench::Frame(args) => frame::run(args, console),
         Bench::Paint(args) => paint::run(args, console),
         Bench::Picture(args) => picture::run(args, console),
         Bench::Stress(args) => stress::run(args, console),

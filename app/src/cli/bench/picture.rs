@@ -110,7 +110,7 @@ pub(super) fn run(args: &PictureArgs, console: &mut Console<'_>) -> Result<(), C
     let mut renderer = Renderer::new(&gpu)?;
     renderer.set_groom(&groom, None)?;
     renderer.set_params(document.params(), &[])?;
-    renderer.set_lights(&lights)?;
+    renderer.set_lights(&lights);
     let mut table = Table::new(
         "picture",
         [

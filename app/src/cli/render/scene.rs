@@ -93,7 +93,7 @@ pub(in crate::cli) fn scene(
     let mut renderer = Renderer::new(gpu)?;
     renderer.set_groom(&*document.groom_as_drawn()?, head.as_ref())?;
     renderer.set_params(document.params(), &[])?;
-    renderer.set_lights(&lighting.exposed(light))?;
+    renderer.set_lights(&lighting.exposed(light));
     if show_environment {
         renderer.set_background(lighting.map.as_deref())?;
         renderer.turn_background(light.rotation_deg.to_radians(), light.factor());
