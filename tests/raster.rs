@@ -55,7 +55,8 @@ fn draw(gpu: &Gpu, strands: &[(Vec<Vec3>, f32, [f32; 3])]) -> Vec<[f32; 4]> {
         head: &head,
         background: &background,
         target: &target,
-        marks: true,
+        has_head: false,
+        interpolates_straight: false,
         touched_only: false,
     };
     let mut raster = Raster::new(gpu).unwrap();

@@ -4,5 +4,5 @@ struct Light {
     direction: vec3f,    // unit, towards the light
     bandwidth: f32,      // lambda
     radiance: vec3f,     // at the centre, linear Rec.709
-    padding: f32,
+    share: f32,          // of all lights' power, in the channel where it is greatest
 }

@@ -46,9 +46,10 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         // A light that is hidden all over its lobe; the share of a uniform environment that is seen wants every light.
         let record = shade.first_record + j * shade.point_count;
         let seen_at = mix(unpacked(visibility[record + point]), unpacked(visibility[record + next]), fraction);
-        if skips_hidden && seen_at.x + 2.0 * length(seen_at.yzw) < NOTHING_ARRIVES && !uniform_light { continue; }
-        light_count++;
         let light = lights[shade.first_light + j];
+        let most = seen_at.x + 2.0 * length(seen_at.yzw);
+        if skips_hidden && (most < NOTHING_ARRIVES || most * light.share < LITTLE) && !uniform_light { continue; }
+        light_count++;
         let light_local = local_from_world * light.direction;
         let at = angles(light_local);
         let lobes = single_scattering(view, at.x, at.y, light.bandwidth);

@@ -40,7 +40,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         let light = lights[shade.first_light + j];
         let path = unpack_path(paths[shade.first_record + j * shade.point_count + point]);
         // Every term is a part of what is scattered forward to the point.
-        if skips_hidden && all(path.t_f < vec3f(NOTHING_ARRIVES)) { continue; }
+        let most = max(path.t_f.r, max(path.t_f.g, path.t_f.b));
+        if skips_hidden && (most < NOTHING_ARRIVES || most * light.share < LITTLE) { continue; }
         light_count++;
         out += light.radiance * terms_of_light(view, local_from_world, shade.first_light + j, light.direction, path);
     }

@@ -355,7 +355,12 @@ impl Renderer {
             }
             let scene: &SceneBuffers = scene;
             let (start, timed_before) = (Instant::now(), report.total_ms());
+            let shades = [Product::Single, Product::Multiple, Product::Fragments];
+            let shades = shades.into_iter().any(|product| stale.has(product));
             let mut shade = || {
+                if !shades {
+                    return Ok(());
+                }
                 let done = report.time(&gpu, "transmittance", |_| {
                     let wanted = Some(&scene.strands.wanted_points);
                     self.transmittance
@@ -727,19 +732,19 @@ impl Samples<'_> {
                 has_background: u32::from(shown_background.is_some()),
                 background_turn_rad: background.turn_rad,
                 background_scale: background.scale.to_array(),
-                straight: u32::from(settings.savings.has(Saving::Straight)),
-                background_size: shown_background.unwrap_or([1, 1]),
                 frame: self.frame,
-                pad: 0,
                 gain: self.gain.to_array(),
-                pad_end: 0,
+                pad: 0,
+                background_size: shown_background.unwrap_or([1, 1]),
+                pad_end: [0; 2],
             };
             let inputs = ResolveInputs {
                 strands: &scene.strands,
                 head: &scene.head_target,
                 background: &background.pixels,
                 target,
-                marks: settings.savings.has(Saving::Unseen),
+                has_head: scene.head.is_some(),
+                interpolates_straight: settings.savings.has(Saving::Straight),
                 touched_only,
             };
             fragments += raster.draw(gpu, &uniform, &resolve, &inputs, &mut *shade)?;

@@ -1,7 +1,7 @@
 //! The lights of a frame: what the user has, and what stands for a uniform environment where visibility is needed.
 
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use crate::light::{LightSet, SrbfLight};
 
@@ -21,19 +21,25 @@ pub struct LightUniform {
     pub bandwidth: f32,
     /// Radiance at the centre, linear Rec.709.
     pub radiance: [f32; 3],
-    /// Alignment.
-    pub padding: f32,
+    /// Greatest share, of the three channels, of all lights' power.
+    pub share: f32,
 }
 
-impl From<&SrbfLight> for LightUniform {
-    fn from(light: &SrbfLight) -> Self {
-        Self {
-            direction: light.direction.to_array(),
-            bandwidth: light.bandwidth,
-            radiance: light.radiance.to_array(),
-            padding: 0.0,
-        }
-    }
+/// The lights as shaders read them.
+pub fn light_uniforms(lights: &[SrbfLight]) -> Vec<LightUniform> {
+    let power = |light: &SrbfLight| light.energy();
+    let whole = lights
+        .iter()
+        .map(power)
+        .sum::<DVec3>()
+        .max(DVec3::splat(f64::MIN_POSITIVE));
+    let uniform = |light: &SrbfLight| LightUniform {
+        direction: light.direction.to_array(),
+        bandwidth: light.bandwidth,
+        radiance: light.radiance.to_array(),
+        share: (power(light) / whole).max_element() as f32,
+    };
+    lights.iter().map(uniform).collect()
 }
 
 /// The lights of `set`, and after them lights of the same total power as its uniform environment, evenly spread.

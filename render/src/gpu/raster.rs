@@ -13,6 +13,9 @@ use super::{Gpu, GpuError, Kernel};
 /// Bytes of a fragment, `FRAGMENT_WORDS` in `shaders/lib/fragment.wgsl`.
 const FRAGMENT_BYTES: u64 = 12;
 
+/// Bytes of a composed entry, `COMPOSED_WORDS` in `shaders/lib/composed.wgsl`.
+const COMPOSED_BYTES: u64 = 12;
+
 /// What resolve needs besides the camera; layout of `ResolveUniform` in `shaders/pass/resolve.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -29,18 +32,16 @@ pub struct ResolveUniform {
     pub background_turn_rad: f32,
     /// Factor on the environment's radiance, rgb.
     pub background_scale: [f32; 3],
-    /// 1: vertices in the middle of a straight span are not wanted, the ends of the span are.
-    pub straight: u32,
-    /// Width and height of the environment map, pixels.
-    pub background_size: [u32; 2],
     /// Number of this frame, as in the radiance of what it changed.
     pub frame: f32,
-    /// Alignment.
-    pub pad: u32,
     /// Factor (rgb) on what the lights give.
     pub gain: [f32; 3],
     /// Alignment.
-    pub pad_end: u32,
+    pub pad: u32,
+    /// Width and height of the environment map, pixels.
+    pub background_size: [u32; 2],
+    /// Alignment.
+    pub pad_end: [u32; 2],
 }
 
 /// Buffers of the size of a picture.
@@ -53,6 +54,8 @@ pub struct PictureBuffers {
     pub picks: wgpu::Buffer,
     counts: wgpu::Buffer,
     offsets: wgpu::Buffer,
+    /// What each sub-sample has left behind all strands, four 16-bit shares a pixel.
+    left: wgpu::Buffer,
 }
 
 impl PictureBuffers {
@@ -68,6 +71,7 @@ impl PictureBuffers {
             picks: gpu.storage("picks", 8 * pixels)?,
             counts: gpu.storage("fragment counts", 4 * pixels)?,
             offsets: gpu.storage("fragment offsets", 4 * pixels)?,
+            left: gpu.storage("left behind strands", 8 * pixels)?,
         })
     }
 }
@@ -77,11 +81,12 @@ pub struct Raster {
     count: Kernel,
     store: Kernel,
     alloc: Kernel,
-    mark: Kernel,
+    sort: Kernel,
     resolve: Kernel,
     resolve_touched: Kernel,
     total: wgpu::Buffer,
     fragments: wgpu::Buffer,
+    composed: wgpu::Buffer,
     capacity: u64,
     /// Camera whose fragments of the whole picture the buffer holds, and how many.
     binned: Option<(CameraUniform, u64)>,
@@ -97,11 +102,12 @@ impl Raster {
             count: Kernel::new(gpu, "pass/strand_bin.wgsl", &[("STORE", 0.0)])?,
             store: Kernel::new(gpu, "pass/strand_bin.wgsl", &[("STORE", 1.0)])?,
             alloc: Kernel::new(gpu, "pass/strand_alloc.wgsl", &[])?,
-            mark: Kernel::new(gpu, "pass/resolve.wgsl", &[("MARK", 1.0)])?,
-            resolve: Kernel::new(gpu, "pass/resolve.wgsl", &[("MARK", 0.0)])?,
+            sort: Kernel::new(gpu, "pass/strand_sort.wgsl", &[])?,
+            resolve: Kernel::new(gpu, "pass/resolve.wgsl", &[])?,
             resolve_touched: Kernel::new(gpu, "pass/resolve.wgsl", &[("TOUCHED", 1.0)])?,
             total: gpu.storage("fragment total", 4)?,
             fragments: gpu.storage("fragments", FRAGMENT_BYTES)?,
+            composed: gpu.storage("composed strands", COMPOSED_BYTES)?,
             capacity: 1,
             binned: None,
         })
@@ -120,8 +126,8 @@ impl Raster {
     /// Adds one camera sample to the picture and returns the number of fragments that were made.
     ///
     /// Before fragments become colours, the vertices that they show are marked as wanted and `shade` brings those up to date.
-    /// Where the fragments of the whole picture exceed what the adapter binds, the picture is drawn in bands of rows. Fragments
-    /// of the frame before are used again while camera and strands stay (0 are made then).
+    /// Where the fragments of the whole picture exceed what the adapter binds, the picture is drawn in bands of rows. What is
+    /// sorted is used again while camera and strands stay (0 fragments are made then).
     ///
     /// # Errors
     /// [`GpuError::TooLarge`] when one row alone is too much, [`GpuError::Lost`].
@@ -145,7 +151,8 @@ impl Raster {
         }
         self.binned = None;
         let limits = gpu.device.limits();
-        let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) / FRAGMENT_BYTES;
+        let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+            / FRAGMENT_BYTES.max(COMPOSED_BYTES);
         let mut bands = vec![(0, camera.size[1])];
         let mut made = 0;
         while let Some((first_row, end_row)) = bands.pop() {
@@ -171,11 +178,10 @@ impl Raster {
                 // A little room to grow, so that a slowly moving camera does not allocate every frame.
                 self.capacity = (needed + needed / 4).min(limit);
                 self.fragments = gpu.storage("fragments", self.capacity * FRAGMENT_BYTES)?;
+                self.composed = gpu.storage("composed strands", self.capacity * COMPOSED_BYTES)?;
             }
             self.bin(gpu, &self.store, &band, inputs);
-            if inputs.marks {
-                self.resolve_band(gpu, &self.mark, &band, resolve, inputs);
-            }
+            self.sort_band(gpu, &band, inputs);
             shade()?;
             self.resolve_band(gpu, &self.resolve, &band, resolve, inputs);
             if end_row - first_row == camera.size[1] {
@@ -229,6 +235,37 @@ impl Raster {
         kernel.run(gpu, &bound, inputs.strands.segment_count);
     }
 
+    /// Brings the fragments of each pixel in order and marks what they show as wanted.
+    fn sort_band(&self, gpu: &Gpu, band: &CameraUniform, inputs: &ResolveInputs<'_>) {
+        let camera = gpu.uniform_of("camera", band);
+        let settings = [
+            u32::from(inputs.has_head),
+            u32::from(inputs.interpolates_straight),
+            0,
+            0,
+        ];
+        let settings = gpu.uniform_of("sort", &settings);
+        let (strands, target) = (inputs.strands, inputs.target);
+        let buffers = [
+            (0, &camera),
+            (1, &settings),
+            (2, &strands.segments),
+            (3, &target.counts),
+            (4, &target.offsets),
+            (5, &self.fragments),
+            (6, &self.composed),
+            (7, &target.left),
+            (9, &target.picks),
+            (10, &strands.vertices),
+            (11, &strands.spans),
+            (12, &strands.wanted_vertices),
+            (13, &strands.wanted_points),
+        ];
+        let textures = [(8, &inputs.head.depth), (14, &inputs.head.colour)];
+        run_over_pixels(gpu, &self.sort, &buffers, &textures, band);
+    }
+
+    /// Adds the band to the picture.
     fn resolve_band(
         &self,
         gpu: &Gpu,
@@ -239,41 +276,43 @@ impl Raster {
     ) {
         let camera = gpu.uniform_of("camera", band);
         let resolve = gpu.uniform_of("resolve", resolve);
-        let [colour, depth] =
-            [&inputs.head.colour, &inputs.head.depth].map(|t| t.create_view(&Default::default()));
-        let buffer = |binding, b: &'_ wgpu::Buffer| (binding, b.clone());
         let buffers = [
-            buffer(0, &camera),
-            buffer(1, &resolve),
-            buffer(2, &inputs.strands.segments),
-            buffer(3, &inputs.target.counts),
-            buffer(4, &inputs.target.offsets),
-            buffer(5, &self.fragments),
-            buffer(6, &inputs.strands.radiance),
-            buffer(9, inputs.background),
-            buffer(10, &inputs.target.picture),
-            buffer(11, &inputs.target.picks),
-            buffer(12, &inputs.strands.vertices),
-            buffer(13, &inputs.strands.wanted_vertices),
-            buffer(14, &inputs.strands.wanted_points),
-            buffer(15, &inputs.strands.spans),
+            (0, &camera),
+            (1, &resolve),
+            (2, &inputs.target.counts),
+            (3, &inputs.target.offsets),
+            (4, &self.composed),
+            (5, &inputs.target.left),
+            (6, &inputs.strands.radiance),
+            (8, inputs.background),
+            (9, &inputs.target.picture),
         ];
-        let mut entries: Vec<_> = buffers
-            .iter()
-            .map(|(binding, b)| wgpu::BindGroupEntry {
-                binding: *binding,
-                resource: b.as_entire_binding(),
-            })
-            .collect();
-        for (binding, view) in [(7, &colour), (8, &depth)] {
-            entries.push(wgpu::BindGroupEntry {
-                binding,
-                resource: wgpu::BindingResource::TextureView(view),
-            });
-        }
-        let bound = kernel.bind_entries(gpu, &entries);
-        kernel.run(gpu, &bound, (band.end_row - band.first_row) * band.size[0]);
+        run_over_pixels(gpu, kernel, &buffers, &[(7, &inputs.head.colour)], band);
     }
+}
+
+/// Runs a pass over the pixels of a band.
+fn run_over_pixels(
+    gpu: &Gpu,
+    kernel: &Kernel,
+    buffers: &[(u32, &wgpu::Buffer)],
+    textures: &[(u32, &wgpu::Texture)],
+    band: &CameraUniform,
+) {
+    let views = textures
+        .iter()
+        .map(|(binding, texture)| (*binding, texture.create_view(&Default::default())));
+    let views: Vec<_> = views.collect();
+    let buffers = buffers.iter().map(|(binding, b)| wgpu::BindGroupEntry {
+        binding: *binding,
+        resource: b.as_entire_binding(),
+    });
+    let textures = views.iter().map(|(binding, view)| wgpu::BindGroupEntry {
+        binding: *binding,
+        resource: wgpu::BindingResource::TextureView(view),
+    });
+    let bound = kernel.bind_entries(gpu, &buffers.chain(textures).collect::<Vec<_>>());
+    kernel.run(gpu, &bound, (band.end_row - band.first_row) * band.size[0]);
 }
 
 /// What drawing reads and writes.
@@ -286,8 +325,10 @@ pub struct ResolveInputs<'a> {
     pub background: &'a wgpu::Buffer,
     /// The picture.
     pub target: &'a PictureBuffers,
-    /// Whether the vertices that a pixel shows are marked before they are shaded.
-    pub marks: bool,
+    /// Whether a head was drawn.
+    pub has_head: bool,
+    /// Whether vertices in the middle of a straight span are not wanted, the ends of the span are.
+    pub interpolates_straight: bool,
     /// Whether, where fragments are used again, pixels without changed vertices stay as they are.
     pub touched_only: bool,
 }

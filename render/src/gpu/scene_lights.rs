@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::lights::{LightUniform, frame_lights};
+use super::lights::{frame_lights, light_uniforms};
 use super::transmittance::Transmittance;
 use super::{Gpu, GpuError, Saving, Savings};
 use crate::light::{LightSet, SrbfLight};
@@ -114,10 +114,9 @@ impl SceneLights {
     /// Takes a list, and the factor on it.
     pub(super) fn take(&mut self, gpu: &Gpu, set: LightSet, gain: Vec3) -> Result<(), GpuError> {
         let lights = frame_lights(&set);
-        let uniforms: Vec<_> = lights.iter().map(LightUniform::from).collect();
         *self = Self {
             set,
-            buffer: gpu.storage_of("lights", &uniforms)?,
+            buffer: gpu.storage_of("lights", &light_uniforms(&lights))?,
             lights,
             gain,
         };
@@ -126,16 +125,10 @@ impl SceneLights {
 
     /// The lights with negative radiance.
     pub(super) fn negative(&self, gpu: &Gpu) -> Result<wgpu::Buffer, GpuError> {
-        let uniforms: Vec<_> = self
-            .lights
-            .iter()
-            .map(|light| {
-                LightUniform::from(&SrbfLight {
-                    radiance: -light.radiance,
-                    ..*light
-                })
-            })
-            .collect();
+        let mut uniforms = light_uniforms(&self.lights);
+        for light in &mut uniforms {
+            light.radiance = light.radiance.map(|x| -x);
+        }
         gpu.storage_of("lights taken away", &uniforms)
     }
 }

@@ -75,7 +75,7 @@ pub struct StrandBuffers {
 }
 
 /// Turn of the tangent over which radiance is interpolated linearly.
-const STRAIGHT_RAD: f32 = 8.0 * std::f32::consts::PI / 180.0;
+const STRAIGHT_RAD: f32 = 6.0 * std::f32::consts::PI / 180.0;
 
 impl StrandBuffers {
     /// Uploads `groom`.

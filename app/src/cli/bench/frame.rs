@@ -235,7 +235,7 @@ impl Bench {
         };
         let mut costs: Vec<(String, Cost)> = Vec::new();
         self.frame(&full)?;
-        costs.push(("everything anew".into(), self.cost(&everything, |_, _| Ok(()))?));
+        costs.push(("everything anew".into(), Cost::of(&[self.frame(&everything)?])));
         self.frame(&full)?;
         costs.push(("nothing".into(), self.cost(&full, |_, _| Ok(()))?));
         let mut ev = full;
@@ -352,7 +352,7 @@ impl Bench {
         Ok((Cost::of(&[report]), self.renderer.picture()?))
     }
 
-    /// A whole frame without each saving, against one with all of them.
+    /// Shading and drawing anew with each saving, against none of them.
     fn savings(&mut self) -> Result<Table, CliError> {
         let mut table = Table::new(
             "frame_savings",
@@ -366,11 +366,12 @@ impl Bench {
                 "bound",
             ],
         );
-        let anew = |savings: Savings| RenderSettings {
-            savings: savings.without(Saving::Untouched),
+        // Other savings than the frame before had: what was marched stays, everything is shaded again.
+        let with = |savings: Savings| RenderSettings {
+            savings: savings.with(Saving::Untouched),
             ..RenderSettings::default()
         };
-        let (_, reference) = self.picture(&anew(Savings::NONE))?;
+        let (_, reference) = self.picture(&with(Savings::NONE))?;
         let mut rows = vec![
             ("all".to_owned(), Savings::ALL, None),
             ("none".into(), Savings::NONE, None),
@@ -388,8 +389,9 @@ impl Bench {
         }
         for (name, savings, bound) in rows {
             // The first picture of a variant compiles it.
-            self.frame(&anew(savings))?;
-            let (cost, picture) = self.picture(&anew(savings))?;
+            self.frame(&with(savings))?;
+            self.frame(&with(Savings::NONE.with(Saving::Gain)))?;
+            let (cost, picture) = self.picture(&with(savings))?;
             let work = &cost.report;
             let lights = work.counter("single scattering evaluations")
                 + work.counter("multiple scattering evaluations");
@@ -453,8 +455,7 @@ impl Bench {
                 ..all
             };
             self.renderer.set_lights(&lights);
-            self.frame(&anew)?;
-            rows.push((lights.lights.len() as f64, self.cost(&anew, |_, _| Ok(()))?));
+            rows.push((lights.lights.len() as f64, Cost::of(&[self.frame(&anew)?])));
         }
         add("lights", rows, count.max(1) as f64);
 
@@ -465,8 +466,7 @@ impl Bench {
                 strand_share: share,
                 ..anew
             };
-            self.frame(&settings)?;
-            let cost = self.cost(&settings, |_, _| Ok(()))?;
+            let cost = Cost::of(&[self.frame(&settings)?]);
             rows.push((cost.report.counter("vertices shaded") as f64, cost));
         }
         let most = rows.last().map_or(1.0, |(n, _)| *n);
