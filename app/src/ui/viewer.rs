@@ -3,13 +3,16 @@
 
 use std::{
     panic::{self, AssertUnwindSafe},
-    sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
+    sync::{
+        Arc, Condvar, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
     thread,
     time::{Duration, Instant},
 };
 
 use balayage_render::{
-    gpu::{Camera, FrameReport, Gpu, GpuError, Quality, RenderSettings, Renderer},
+    gpu::{Camera, DebugView, FrameReport, Gpu, GpuError, Quality, RenderSettings, Renderer},
     groom::{Groom, Mesh},
     light::{EnvironmentMap, LightSet},
     param::VertexParams,
@@ -25,6 +28,8 @@ pub(super) struct ViewRequest {
     /// Pixels of the viewport.
     pub(super) size: [u32; 2],
     pub(super) settings: RenderSettings,
+    /// False colours in place of the picture.
+    pub(super) debug: Option<DebugView>,
     pub(super) motion: Motion,
 }
 
@@ -91,6 +96,8 @@ pub(super) struct Frame {
     pub(super) report: FrameReport,
     pub(super) milliseconds: f64,
     pub(super) is_draft: bool,
+    /// What false colours mean, where they are shown.
+    pub(super) legend: Option<String>,
 }
 
 /// What the thread reports.
@@ -130,6 +137,8 @@ impl Inbox {
 struct Shared {
     inbox: Mutex<Inbox>,
     wake: Condvar,
+    /// True while the inbox holds something: a refinement under way is then given up.
+    has_news: Arc<AtomicBool>,
     events: Mutex<Vec<ViewerEvent>>,
 }
 
@@ -221,7 +230,10 @@ impl Viewer {
     }
 
     fn send(&self, change: impl FnOnce(&mut Inbox)) {
-        change(&mut self.shared.inbox());
+        let mut inbox = self.shared.inbox();
+        change(&mut inbox);
+        self.shared.has_news.store(true, Ordering::Relaxed);
+        drop(inbox);
         self.shared.wake.notify_one();
     }
 }
@@ -357,6 +369,7 @@ impl Worker {
             waited.unwrap_or_else(PoisonError::into_inner)
         };
         let mut inbox = inbox;
+        self.shared.has_news.store(false, Ordering::Relaxed);
         std::mem::take(&mut *inbox)
     }
 
@@ -395,8 +408,20 @@ impl Worker {
             (Effort::Refined(rays), _) => settings.visibility_rays = rays,
             _ => {}
         }
-        let report = renderer.render(&view.camera, size, &settings)?;
-        let rgba = renderer.shown_bytes()?;
+        // Only what nobody waits for is given up: a hand that never rests would see no picture at all.
+        let can_be_given_up = matches!(effort, Effort::Refined(_));
+        renderer.set_interrupt(can_be_given_up.then(|| self.shared.has_news.clone()));
+        let report = match renderer.render(&view.camera, size, &settings) {
+            Err(GpuError::Interrupted) => return Ok(None),
+            drawn => drawn?,
+        };
+        let (rgba, legend) = match view.debug {
+            None => (renderer.shown_bytes()?, None),
+            Some(debug) => {
+                let colours = renderer.debug_view(&view.camera, size, &settings, debug)?;
+                (colours.rgba(), Some(colours.legend()))
+            }
+        };
         let picks = Some(PickFrame {
             camera: view.camera,
             picks: renderer.picks()?,
@@ -417,6 +442,7 @@ impl Worker {
             report,
             milliseconds,
             is_draft: effort != Effort::Refined(REFINED_RAYS),
+            legend,
         })));
         Ok((view.motion == Motion::Still).then_some(effort))
     }
@@ -424,7 +450,8 @@ impl Worker {
     /// What the next picture is worth after a change. Frames that are quick anyway get everything.
     fn effort(&self, view: ViewRequest) -> Effort {
         let same_view = self.last.is_some_and(|(last, ..)| {
-            last.camera == view.camera && last.size == view.size && last.settings == view.settings
+            (last.camera, last.size, last.settings, last.debug)
+                == (view.camera, view.size, view.settings, view.debug)
         });
         match view.motion {
             Motion::Painting if same_view => Effort::Touch,

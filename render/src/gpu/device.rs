@@ -41,6 +41,9 @@ pub enum GpuError {
         /// Bytes the adapter allows.
         limit: u64,
     },
+    /// Somebody asked for it: [`super::Transmittance::set_interrupt`].
+    #[error("the picture was given up for a newer one")]
+    Interrupted,
     /// The device was lost or a read-back failed.
     #[error("the GPU device was lost while {0}; the document is safe, start the picture again")]
     Lost(String),

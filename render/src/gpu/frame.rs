@@ -1,6 +1,12 @@
 //! The frame: what is stale and seen is brought up to date, in the order of the crate's front page, then drawn.
 
+mod debug_view;
+mod tiles;
+mod vertices;
+
 use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use glam::Vec3;
@@ -14,6 +20,8 @@ use super::shade::{ShadeInputs, ShadePass, ShadeSettings};
 use super::strands::StrandBuffers;
 use super::transmittance::{MeanFibre, Transmittance, VolumeReport};
 use super::view::{ViewPass, ViewTransform};
+pub use debug_view::{DebugView, FalseColours};
+
 use super::{Gpu, GpuError};
 use crate::groom::{DEFAULT_MAX_TURN_RAD, Groom, Mesh, RefinedGroom, undergrowth};
 use crate::image::Picture;
@@ -273,7 +281,7 @@ impl Renderer {
         }
         scene.strands.forget_points(&self.gpu, dirty);
         self.transmittance
-            .set_params(&scene.params, MeanFibre::of(params));
+            .set_params(&scene.params, MeanFibre::of(params), dirty);
         self.stale.picture = true;
         Ok(())
     }
@@ -321,10 +329,16 @@ impl Renderer {
         self.background.scale = scale;
     }
 
+    /// While the flag is true a refinement by exact rays is given up ([`GpuError::Interrupted`]): the hand has moved on.
+    pub fn set_interrupt(&mut self, interrupt: Option<Arc<AtomicBool>>) {
+        self.transmittance.set_interrupt(interrupt);
+    }
+
     /// Draws what is stale; nothing where nothing has changed since the last frame.
     ///
     /// # Errors
-    /// [`GpuError::TooLarge`] for pictures that the adapter cannot hold, [`GpuError::Refused`] without a groom, [`GpuError::Lost`].
+    /// [`GpuError::TooLarge`] for pictures that the adapter cannot hold, [`GpuError::Refused`] without a groom, [`GpuError::Interrupted`],
+    /// [`GpuError::Lost`].
     pub fn render(
         &mut self,
         camera: &Camera,
@@ -346,6 +360,8 @@ impl Renderer {
         }
         let scene = self.scene.as_mut().ok_or_else(|| refused("no groom was given"))?;
         self.transmittance.set_model(&gpu, settings.shade.method.model)?;
+        self.transmittance
+            .set_visibility_source(&gpu, settings.shade.visibility)?;
         let last = self.last.as_ref();
         self.stale.shading |=
             last.is_none_or(|(c, _, s)| c.position() != camera.position() || s.shade != settings.shade);

@@ -14,6 +14,8 @@ pub mod probe_cases;
 pub mod probe_deon;
 pub mod probe_kajiya_kay;
 pub mod raster;
+mod records;
+mod sh9;
 mod shade;
 pub mod shader;
 pub mod strands;
@@ -21,16 +23,17 @@ pub mod tables;
 mod tables_kajiya_kay;
 mod transmittance;
 pub mod view;
+mod voxel_paint;
 mod work_list;
 
-pub use camera::{Camera, CameraFile};
+pub use camera::{Camera, CameraFile, Crop};
 pub use device::{Gpu, GpuError};
-pub use frame::{FrameReport, Pick, PickMap, RenderSettings, Renderer};
+pub use frame::{DebugView, FalseColours, FrameReport, Pick, PickMap, RenderSettings, Renderer};
 pub use kernel::{GROUP_SIZE, Kernel, fold_groups};
 pub use method::{DIRECTIONAL_GAMMAS, DIRECTIONS, Method, Model, Quality, SEGMENTS, Scheme};
 pub use shade::{Multiple, ShadeSettings, Terms};
 pub use transmittance::{
     AVERAGES_ENTRIES, LightBatch, MeanFibre, PATH_BYTES, Transmittance, TransmittanceReport,
-    VISIBILITY_BYTES, VolumeReport,
+    VISIBILITY_BYTES, VisibilitySource, VolumeReport,
 };
 pub use view::ViewTransform;

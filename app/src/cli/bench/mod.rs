@@ -1,6 +1,7 @@
 //! `balayage bench`: run time against error, one file a benchmark. Times compare what one run on one machine measured.
 
 mod end_to_end;
+mod furnace;
 mod light_steps;
 mod lights;
 mod methods;
@@ -10,6 +11,8 @@ mod plot;
 mod report;
 mod scatter;
 mod stress;
+mod volume;
+mod volume_build;
 
 use clap::{Args, Subcommand};
 
@@ -31,6 +34,10 @@ enum Bench {
     Paint(paint::PaintArgs),
     /// The picture, first frame and refined, against path tracing.
     Picture(Box<picture::PictureArgs>),
+    /// The hair volume: visibility against exact rays, building and painting.
+    Volume(volume::VolumeArgs),
+    /// White hair in uniform light, from the surface of a ball to its middle.
+    Furnace(furnace::FurnaceArgs),
     /// Edges of every range and poison values through the scattering shaders.
     Stress(stress::StressArgs),
 }
@@ -41,6 +48,8 @@ pub(super) fn run(args: &BenchArgs, console: &mut Console<'_>) -> Result<(), Cli
         Bench::Lights(args) => lights::run(args, console),
         Bench::Paint(args) => paint::run(args, console),
         Bench::Picture(args) => picture::run(args, console),
+        Bench::Volume(args) => volume::run(args, console),
+        Bench::Furnace(args) => furnace::run(args, console),
         Bench::Stress(args) => stress::run(args, console),
     }
 }
