@@ -30,6 +30,7 @@ fn camera(x: f32) -> Camera {
     Camera {
         world_from_camera: Mat4::from_translation(Vec3::new(x, -1.0, 4.0)),
         fov_y_rad: 0.6,
+        crop: None,
     }
 }
 

@@ -15,6 +15,7 @@ fn camera(segment_count: u32) -> CameraUniform {
     let camera = Camera {
         world_from_camera: Mat4::IDENTITY,
         fov_y_rad: 2.0 * 0.5f32.atan(),
+        crop: None,
     };
     CameraUniform::new(&camera, SIZE, [0.0; 2], 1e-3, segment_count)
 }

@@ -31,6 +31,7 @@ mod render_out;
 mod salon;
 mod samples;
 mod saving;
+mod savings;
 mod scattering;
 mod schema;
 mod schemes;

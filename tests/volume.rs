@@ -88,7 +88,7 @@ impl Records {
             .unwrap();
         transmittance.set_lights(gpu, lights).unwrap();
         let buffer = gpu.storage_of("parameters", params).unwrap();
-        transmittance.set_params(&buffer, MeanFibre::of(params));
+        transmittance.set_params(&buffer, MeanFibre::of(params), &[]);
         let wanted = wanted.map(|points| {
             let mut flags = vec![0_u32; groom.point_count()];
             points.iter().for_each(|&point| flags[point] = 1);

@@ -17,8 +17,8 @@ struct ShadeUniform {
 
 // A light of which less than this share arrives at a point is not evaluated there, nor one whose share of all lights' power, as far as it
 // arrives, is less than LITTLE.
-const NOTHING_ARRIVES: f32 = 2e-3;
-const LITTLE: f32 = 3e-4;
+const NOTHING_ARRIVES: f32 = 3e-4;
+const LITTLE: f32 = 2e-4;
 
 const TERM_R: u32 = 1u;
 const TERM_TT: u32 = 2u;

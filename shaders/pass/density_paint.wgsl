@@ -1,4 +1,4 @@
-// What the paint adds to every stored voxel: losses per crossed fibre, from the mean absorption of the fibres in it.
+// What the paint adds to stored voxels, all or those of a list: losses per crossed fibre, from the mean absorption of the fibres in it.
 // A loss is kept as its value across the fibre and its change with sin^2 theta.
 //!use lib/types.wgsl
 //!use lib/averages_table.wgsl
@@ -8,6 +8,12 @@ struct Share {
     fraction_weight: u32,    // 2 x f16: place on the segment, share of the voxel's projected area
 }
 
+// Which voxels.
+struct PaintRun {
+    count: u32,
+    is_listed: u32,          // 0: the first `count` voxels
+}
+
 @group(0) @binding(0) var<storage, read> first_share: array<u32>;
 @group(0) @binding(1) var<storage, read> shares: array<Share>;
 @group(0) @binding(2) var<storage, read> params: array<VertexParams>;
@@ -15,16 +21,20 @@ struct Share {
 @group(0) @binding(4) var<storage, read_write> voxel_forward: array<vec4u>;  // 8 x f16: 1 - a_f (rgb) and beta_f^2 at theta 0; their slopes
 @group(0) @binding(5) var<storage, read_write> voxel_behind: array<vec4u>;   // 8 x f16: k (rgb) and 0 at theta 0; their slopes
 
+@group(0) @binding(6) var<uniform> run: PaintRun;
+@group(0) @binding(7) var<storage, read> listed: array<u32>;
+
 // The second inclination that the slopes are taken from, and its squared sine.
 const THETA_STEEP: f32 = 0.9599311;
 const SIN2_STEEP: f32 = 0.6710101;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
-    let voxel = id.x + id.y * 65535u * 64u;
-    if (voxel >= arrayLength(&first_share) - 1u) {
+    let index = id.x + id.y * 65535u * 64u;
+    if (index >= run.count) {
         return;
     }
+    let voxel = select(index, listed[min(index, arrayLength(&listed) - 1u)], run.is_listed != 0u);
     let begin = first_share[voxel];
     let end = first_share[voxel + 1u];
     if (begin == end) {

@@ -54,6 +54,11 @@ pub(super) fn finite(text: &str) -> Result<f32, String> {
 }
 
 impl LightOptions {
+    /// True where another light than the project's is asked for.
+    pub(super) fn is_given(&self) -> bool {
+        self.env.is_some() || self.lights.is_some()
+    }
+
     /// The document's light with the options applied.
     pub(super) fn applied_to(&self, document: &Document) -> LightSettings {
         let mut light = document.project().light.clone();

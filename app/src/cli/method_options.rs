@@ -1,6 +1,8 @@
 //! Options that say how single scattering is evaluated.
 
-use balayage_render::gpu::{DIRECTIONS, Method, Model, Multiple, Quality, SEGMENTS, Scheme};
+use balayage_render::gpu::{
+    DIRECTIONS, Method, Model, Multiple, Quality, SEGMENTS, Scheme, VisibilitySource,
+};
 use clap::{Args, ValueEnum};
 
 /// `--model` of a picture.
@@ -44,6 +46,25 @@ impl From<MultipleName> for Multiple {
             MultipleName::M2 => Self::M2,
             MultipleName::Zinke2008 => Self::Zinke2008,
             MultipleName::Off => Self::Off,
+        }
+    }
+}
+
+/// `--transmittance` of a picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum TransmittanceName {
+    /// Marches through the density of the hair towards every light; exact rays can refine them.
+    #[default]
+    Voxel,
+    /// Nine spherical harmonics per block of voxels (Xing 2012), for comparison.
+    Sh9,
+}
+
+impl From<TransmittanceName> for VisibilitySource {
+    fn from(name: TransmittanceName) -> Self {
+        match name {
+            TransmittanceName::Voxel => Self::Voxel,
+            TransmittanceName::Sh9 => Self::Sh9,
         }
     }
 }

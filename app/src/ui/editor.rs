@@ -3,7 +3,7 @@
 use std::{path::PathBuf, sync::Arc};
 
 use balayage_render::{
-    gpu::{FrameReport, Terms, ViewTransform},
+    gpu::{DebugView, FrameReport, Terms, ViewTransform},
     groom::{Mesh, ReadOptions},
 };
 use egui::{Context, Panel, TextureHandle, Ui};
@@ -55,6 +55,8 @@ pub(super) struct Shown {
     pub(super) report: FrameReport,
     pub(super) milliseconds: f64,
     pub(super) is_draft: bool,
+    /// What false colours mean, where they are shown.
+    pub(super) legend: Option<String>,
 }
 
 /// How the picture is shown; no part of the project.
@@ -62,6 +64,8 @@ pub(super) struct ViewOptions {
     pub(super) transform: ViewTransform,
     pub(super) exposure_ev: f32,
     pub(super) terms: Terms,
+    /// False colours in place of the picture.
+    pub(super) debug: Option<DebugView>,
     pub(super) show_background: bool,
 }
 
@@ -182,6 +186,7 @@ impl Editor {
                 transform: ViewTransform::Neutral,
                 exposure_ev: 0.0,
                 terms: Terms::ALL,
+                debug: None,
                 show_background: false,
             },
             gesture: Gesture::None,
@@ -303,6 +308,7 @@ impl Editor {
             report: frame.report,
             milliseconds: frame.milliseconds,
             is_draft: frame.is_draft,
+            legend: frame.legend,
         });
         self.frames_shown += 1;
     }

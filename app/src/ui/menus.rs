@@ -102,10 +102,11 @@ impl Editor {
             Command::TakeSnapshot,
             Command::SoloNext,
             Command::AllLight,
-            Command::Turntable,
-            Command::FullScreen,
-            Command::HidePanels,
         ] {
+            self.menu_item(ui, command);
+        }
+        ui.menu_button("False colours", |ui| self.false_colours_menu(ui));
+        for command in [Command::Turntable, Command::FullScreen, Command::HidePanels] {
             self.menu_item(ui, command);
         }
         ui.separator();

@@ -14,6 +14,7 @@ mod light_inspector;
 mod light_map;
 mod lighting;
 mod menus;
+mod pace;
 mod palette;
 mod panel_brush;
 mod panel_dye;

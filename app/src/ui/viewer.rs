@@ -3,19 +3,23 @@
 
 use std::{
     panic::{self, AssertUnwindSafe},
-    sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
+    sync::{
+        Arc, Condvar, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
     thread,
     time::{Duration, Instant},
 };
 
 use balayage_render::{
-    gpu::{Camera, FrameReport, Gpu, GpuError, Quality, RenderSettings, Renderer},
+    gpu::{Camera, DebugView, FrameReport, Gpu, GpuError, Quality, RenderSettings, Renderer},
     groom::{Groom, Mesh},
     light::{EnvironmentMap, LightSet},
     param::VertexParams,
 };
 use glam::Vec3;
 
+use super::pace::Pace;
 use crate::{paint::DirtyRanges, tool::PickFrame};
 
 /// A view that is wanted.
@@ -25,6 +29,8 @@ pub(super) struct ViewRequest {
     /// Pixels of the viewport.
     pub(super) size: [u32; 2],
     pub(super) settings: RenderSettings,
+    /// False colours in place of the picture.
+    pub(super) debug: Option<DebugView>,
     pub(super) motion: Motion,
 }
 
@@ -91,6 +97,8 @@ pub(super) struct Frame {
     pub(super) report: FrameReport,
     pub(super) milliseconds: f64,
     pub(super) is_draft: bool,
+    /// What false colours mean, where they are shown.
+    pub(super) legend: Option<String>,
 }
 
 /// What the thread reports.
@@ -130,6 +138,8 @@ impl Inbox {
 struct Shared {
     inbox: Mutex<Inbox>,
     wake: Condvar,
+    /// True while the inbox holds something: a refinement under way is then given up.
+    has_news: Arc<AtomicBool>,
     events: Mutex<Vec<ViewerEvent>>,
 }
 
@@ -221,7 +231,10 @@ impl Viewer {
     }
 
     fn send(&self, change: impl FnOnce(&mut Inbox)) {
-        change(&mut self.shared.inbox());
+        let mut inbox = self.shared.inbox();
+        change(&mut inbox);
+        self.shared.has_news.store(true, Ordering::Relaxed);
+        drop(inbox);
         self.shared.wake.notify_one();
     }
 }
@@ -246,8 +259,6 @@ const FIRST_RAYS: u32 = 2;
 const REFINED_RAYS: u32 = 16;
 /// Devices that are lost one after the other before the picture is given up until something changes.
 const MAX_LOSSES: u32 = 2;
-/// Drafts have that share of the viewport's pixels per side.
-const DRAFT_SHARE: u32 = 2;
 
 /// The thread's own side: everything that was sent, so that a renderer can be rebuilt from it.
 struct Worker {
@@ -261,10 +272,11 @@ struct Worker {
     light: Option<LightInput>,
     view: Option<ViewRequest>,
     /// What the last picture was drawn with, where nothing but parameters changed since.
-    last: Option<(ViewRequest, [u32; 2], Quality)>,
+    last: Option<(ViewRequest, [u32; 2])>,
     last_full_ms: f64,
-    /// The slowest picture of this stroke's kind since the scene or light was new.
-    last_touch_ms: f64,
+    /// Share of the strands of the last picture.
+    touched_share: f32,
+    pace: Pace,
 }
 
 impl Worker {
@@ -280,7 +292,8 @@ impl Worker {
             view: None,
             last: None,
             last_full_ms: f64::INFINITY,
-            last_touch_ms: 0.0,
+            touched_share: 1.0,
+            pace: Pace::unknown(false),
         }
     }
 
@@ -357,6 +370,7 @@ impl Worker {
             waited.unwrap_or_else(PoisonError::into_inner)
         };
         let mut inbox = inbox;
+        self.shared.has_news.store(false, Ordering::Relaxed);
         std::mem::take(&mut *inbox)
     }
 
@@ -377,26 +391,38 @@ impl Worker {
         let mut settings = view.settings;
         let mut size = view.size;
         match (effort, self.last) {
-            (Effort::Touch, Some((_, last_size, quality))) => {
+            (Effort::Touch, Some((_, last_size))) => {
                 settings.interactive = true;
-                settings.shade.method.quality = quality;
-                // Fewer pixels where all of them would keep the hand waiting; the quality stays, so that nothing but paint is shaded.
-                size = if self.last_touch_ms > QUICK_MS {
-                    size.map(|side| (side / DRAFT_SHARE).max(1))
-                } else {
-                    last_size
-                };
+                settings.samples = 1;
+                settings.shade.method.quality = Quality::Draft;
+                settings.strand_share = self.touched_share;
+                size = last_size;
             }
             (Effort::Quick, _) => {
-                settings.shade.method.quality = Quality::Draft;
+                settings.interactive = true;
                 settings.samples = 1;
-                size = size.map(|side| (side / DRAFT_SHARE).max(1));
+                settings.shade.method.quality = Quality::Draft;
+                settings.strand_share = self.pace.strand_share;
+                size = self.pace.size(size);
             }
             (Effort::Refined(rays), _) => settings.visibility_rays = rays,
             _ => {}
         }
-        let report = renderer.render(&view.camera, size, &settings)?;
-        let rgba = renderer.shown_bytes()?;
+        self.touched_share = settings.strand_share;
+        // Only what nobody waits for is given up: a hand that never rests would see no picture at all.
+        let can_be_given_up = matches!(effort, Effort::Refined(_));
+        renderer.set_interrupt(can_be_given_up.then(|| self.shared.has_news.clone()));
+        let report = match renderer.render(&view.camera, size, &settings) {
+            Err(GpuError::Interrupted) => return Ok(None),
+            drawn => drawn?,
+        };
+        let (rgba, legend) = match view.debug {
+            None => (renderer.shown_bytes()?, None),
+            Some(debug) => {
+                let colours = renderer.debug_view(&view.camera, size, &settings, debug)?;
+                (colours.rgba(), Some(colours.legend()))
+            }
+        };
         let picks = Some(PickFrame {
             camera: view.camera,
             picks: renderer.picks()?,
@@ -404,11 +430,10 @@ impl Worker {
         let milliseconds = start.elapsed().as_secs_f64() * 1e3;
         match effort {
             Effort::Full => self.last_full_ms = milliseconds,
-            // The first picture of fewer pixels has more to do; a shrunken one stays so until the hand rests.
-            Effort::Touch => self.last_touch_ms = self.last_touch_ms.max(milliseconds),
-            _ => {}
+            Effort::Quick => self.pace.learn(milliseconds),
+            Effort::Touch | Effort::Refined(_) => {}
         }
-        self.last = Some((view, size, settings.shade.method.quality));
+        self.last = Some((view, size));
         let size = size.map(|side| side as usize);
         self.tell(ViewerEvent::Frame(Box::new(Frame {
             size,
@@ -417,6 +442,7 @@ impl Worker {
             report,
             milliseconds,
             is_draft: effort != Effort::Refined(REFINED_RAYS),
+            legend,
         })));
         Ok((view.motion == Motion::Still).then_some(effort))
     }
@@ -424,7 +450,8 @@ impl Worker {
     /// What the next picture is worth after a change. Frames that are quick anyway get everything.
     fn effort(&self, view: ViewRequest) -> Effort {
         let same_view = self.last.is_some_and(|(last, ..)| {
-            last.camera == view.camera && last.size == view.size && last.settings == view.settings
+            (last.camera, last.size, last.settings, last.debug)
+                == (view.camera, view.size, view.settings, view.debug)
         });
         match view.motion {
             Motion::Painting if same_view => Effort::Touch,
@@ -463,6 +490,7 @@ impl Worker {
         if fresh {
             let gpu = Gpu::headless()?;
             self.tell(ViewerEvent::Adapter(gpu.adapter_name.clone()));
+            self.pace = Pace::unknown(gpu.is_software);
             self.renderer = Some(Renderer::new(&gpu)?);
             self.gpu = Some(gpu);
         }
@@ -471,7 +499,6 @@ impl Worker {
         };
         if fresh || new_scene || new_light {
             self.last = None;
-            self.last_touch_ms = 0.0;
         }
         if fresh || new_scene {
             renderer.set_groom(&scene.groom, scene.head.as_deref())?;

@@ -1,9 +1,9 @@
-//! Commands of the view: one term alone, full screen, the turntable.
+//! Commands of the view: one term alone, false colours, full screen, the turntable.
 
 use std::time::Duration;
 
-use balayage_render::gpu::Terms;
-use egui::{Context, Event, ViewportCommand};
+use balayage_render::gpu::{DebugView, Terms};
+use egui::{Color32, Context, Event, Rect, Ui, ViewportCommand};
 use glam::Vec2;
 
 use super::Editor;
@@ -26,6 +26,30 @@ impl Editor {
             self.view.terms = Terms::ALL;
             self.say("All light");
         }
+    }
+
+    /// The picture, or one of the quantities behind it in false colours.
+    pub(super) fn false_colours_menu(&mut self, ui: &mut Ui) {
+        ui.radio_value(&mut self.view.debug, None, "Off: the picture");
+        for (view, _, name) in DebugView::ALL {
+            ui.radio_value(&mut self.view.debug, Some(view), name);
+        }
+    }
+
+    /// What false colours mean, in the lower left corner of the viewport.
+    pub(super) fn legend(&self, ui: &Ui, rect: Rect) {
+        let Some(legend) = self.shown.as_ref().and_then(|shown| shown.legend.as_ref()) else {
+            return;
+        };
+        let shown = DebugView::ALL
+            .iter()
+            .find(|(view, ..)| Some(*view) == self.view.debug);
+        let name = shown.map_or("", |(_, _, name)| name);
+        let font = egui::TextStyle::Body.resolve(ui.style());
+        let at = rect.left_bottom() + egui::Vec2::new(10.0, -8.0);
+        let text = format!("{name}: {legend}");
+        ui.painter()
+            .text(at, egui::Align2::LEFT_BOTTOM, text, font, Color32::from_gray(200));
     }
 
     pub(super) fn toggle_full_screen(context: &Context) {

@@ -66,6 +66,7 @@ impl Editor {
         self.paint_handles(ui, rect);
         self.ring(ui, rect, &response);
         self.paint_compare(ui, rect);
+        self.legend(ui, rect);
         self.hints(ui, rect);
     }
 
@@ -93,6 +94,7 @@ impl Editor {
                 backdrop: theme::BACKDROP,
                 ..RenderSettings::default()
             },
+            debug: self.view.debug,
             motion: match self.gesture {
                 Gesture::Stroke(_) => Motion::Painting,
                 Gesture::Lasso(_) => Motion::Still,

@@ -9,8 +9,19 @@ use serde::{Deserialize, Serialize};
 pub struct Camera {
     /// Rigid transform from camera to world (groom) space, column vectors.
     pub world_from_camera: Mat4,
-    /// Vertical field of view, radians.
+    /// Vertical field of view of the whole picture, radians.
     pub fov_y_rad: f32,
+    /// The part of the whole picture that is drawn; `None`: all of it.
+    pub crop: Option<Crop>,
+}
+
+/// A part of a picture, pixels of the whole one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crop {
+    /// Width and height of the whole picture.
+    pub whole: [u32; 2],
+    /// Left and upper edge of the part.
+    pub origin: [u32; 2],
 }
 
 /// Camera JSON (design: `world_from_camera` row-major, `fov_y_deg`).
@@ -48,6 +59,7 @@ impl TryFrom<CameraFile> for Camera {
         Ok(Self {
             world_from_camera,
             fov_y_rad: file.fov_y_deg.to_radians(),
+            crop: None,
         })
     }
 }
@@ -76,6 +88,7 @@ impl Camera {
         Self {
             world_from_camera,
             fov_y_rad,
+            crop: None,
         }
     }
 
@@ -138,13 +151,18 @@ pub struct CameraUniform {
 }
 
 impl CameraUniform {
-    /// The uniform for a picture of `size` pixels whose samples are moved by `jitter` pixels.
+    /// The uniform for a picture (or a part of one) of `size` pixels whose samples are moved by `jitter` pixels.
     pub fn new(camera: &Camera, size: [u32; 2], jitter: [f32; 2], near: f32, segment_count: u32) -> Self {
+        let Crop { whole, origin } = camera.crop.unwrap_or(Crop {
+            whole: size,
+            origin: [0, 0],
+        });
+        let centre = |axis: usize| 0.5 * whole[axis] as f32 - origin[axis] as f32 - jitter[axis];
         Self {
             view_from_world: camera.world_from_camera.inverse().to_cols_array_2d(),
             position: camera.position().to_array(),
-            focal_px: 0.5 * size[1] as f32 / (0.5 * camera.fov_y_rad).tan(),
-            centre_px: [0.5 * size[0] as f32 - jitter[0], 0.5 * size[1] as f32 - jitter[1]],
+            focal_px: 0.5 * whole[1] as f32 / (0.5 * camera.fov_y_rad).tan(),
+            centre_px: [centre(0), centre(1)],
             near,
             first_row: 0,
             size,

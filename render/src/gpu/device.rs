@@ -41,6 +41,9 @@ pub enum GpuError {
         /// Bytes the adapter allows.
         limit: u64,
     },
+    /// Somebody asked for it: [`super::Transmittance::set_interrupt`].
+    #[error("the picture was given up for a newer one")]
+    Interrupted,
     /// The device was lost or a read-back failed.
     #[error("the GPU device was lost while {0}; the document is safe, start the picture again")]
     Lost(String),
@@ -138,6 +141,12 @@ impl Gpu {
             contents: bytemuck::bytes_of(value),
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
         })
+    }
+
+    /// Bytes of GPU memory that this device holds, where its backend tells.
+    pub fn allocated_bytes(&self) -> Option<u64> {
+        let report = self.device.generate_allocator_report();
+        report.map(|report| report.total_allocated_bytes)
     }
 
     /// Blocks until all submitted work is done.

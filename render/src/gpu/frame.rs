@@ -1,6 +1,12 @@
 //! The frame: what is stale and seen is brought up to date, in the order of the crate's front page, then drawn.
 
+mod debug_view;
+mod tiles;
+mod vertices;
+
 use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use glam::Vec3;
@@ -16,6 +22,8 @@ use super::stale::{Changes, Input, Product};
 use super::strands::StrandBuffers;
 use super::transmittance::{MeanFibre, Transmittance, VolumeReport};
 use super::view::{ViewPass, ViewTransform};
+pub use debug_view::{DebugView, FalseColours};
+
 use super::{Gpu, GpuError, Quality, Saving, Savings};
 use crate::groom::{DEFAULT_MAX_TURN_RAD, Groom, Mesh, RefinedGroom, undergrowth};
 use crate::image::Picture;
@@ -65,6 +73,17 @@ impl Default for RenderSettings {
             strand_share: 1.0,
             savings: Savings::ALL,
         }
+    }
+}
+
+impl RenderSettings {
+    /// The settings with the savings that their quality bears: the highest is there to be compared with.
+    fn of_its_quality(&self) -> Self {
+        let mut settings = *self;
+        if settings.shade.method.quality == Quality::High {
+            settings.savings = settings.savings.exact();
+        }
+        settings
     }
 }
 
@@ -248,7 +267,7 @@ impl Renderer {
         }
         scene.strands.forget_points(&self.gpu, dirty);
         self.transmittance
-            .set_params(&scene.params, MeanFibre::of(params));
+            .set_params(&scene.params, MeanFibre::of(params), dirty);
         self.changes.note(Input::Parameters);
         Ok(())
     }
@@ -282,10 +301,16 @@ impl Renderer {
         self.background.scale = scale;
     }
 
+    /// While the flag is true a refinement by exact rays is given up ([`GpuError::Interrupted`]): the hand has moved on.
+    pub fn set_interrupt(&mut self, interrupt: Option<Arc<AtomicBool>>) {
+        self.transmittance.set_interrupt(interrupt);
+    }
+
     /// Draws what is stale; nothing where nothing has changed since the last frame.
     ///
     /// # Errors
-    /// [`GpuError::TooLarge`] for pictures that the adapter cannot hold, [`GpuError::Refused`] without a groom, [`GpuError::Lost`].
+    /// [`GpuError::TooLarge`] for pictures that the adapter cannot hold, [`GpuError::Refused`] without a groom, [`GpuError::Interrupted`],
+    /// [`GpuError::Lost`].
     pub fn render(
         &mut self,
         camera: &Camera,
@@ -294,6 +319,7 @@ impl Renderer {
     ) -> Result<FrameReport, GpuError> {
         let mut report = FrameReport::default();
         let gpu = self.gpu.clone();
+        let settings = &settings.of_its_quality();
         let sent_bytes = std::mem::take(&mut self.sent_bytes);
         if sent_bytes > 0 {
             report.count("parameter bytes uploaded", sent_bytes);
@@ -309,6 +335,8 @@ impl Renderer {
             sample: scene.strands.sample(scene.share(camera, size, settings)),
         };
         self.transmittance.set_model(&gpu, settings.shade.method.model)?;
+        self.transmittance
+            .set_visibility_source(&gpu, settings.shade.visibility)?;
         self.note_changes(&now);
         let mut few = self.take_lights(settings, &mut report)?;
         let (changes, stale) = (self.changes, self.changes.stale());

@@ -58,7 +58,7 @@ pub fn frame_lights(set: &LightSet) -> Vec<SrbfLight> {
 }
 
 /// Point `k` of `count` of the spherical Fibonacci lattice.
-fn fibonacci_direction(k: usize, count: usize) -> Vec3 {
+pub(super) fn fibonacci_direction(k: usize, count: usize) -> Vec3 {
     let golden = 0.5 * (5f32.sqrt() - 1.0);
     let y = 1.0 - (2.0 * k as f32 + 1.0) / count as f32;
     let (sin, cos) = (std::f32::consts::TAU * golden * k as f32).sin_cos();

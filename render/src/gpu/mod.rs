@@ -15,9 +15,11 @@ pub mod probe_cases;
 pub mod probe_deon;
 pub mod probe_kajiya_kay;
 pub mod raster;
+mod records;
 mod report;
 mod savings;
 mod scene_lights;
+mod sh9;
 mod shade;
 pub mod shader;
 pub mod stale;
@@ -26,11 +28,12 @@ pub mod tables;
 mod tables_kajiya_kay;
 mod transmittance;
 pub mod view;
+mod voxel_paint;
 mod work_list;
 
-pub use camera::{Camera, CameraFile};
+pub use camera::{Camera, CameraFile, Crop};
 pub use device::{Gpu, GpuError};
-pub use frame::{RenderSettings, Renderer};
+pub use frame::{DebugView, FalseColours, RenderSettings, Renderer};
 pub use kernel::{GROUP_SIZE, Kernel, fold_groups};
 pub use method::{DIRECTIONAL_GAMMAS, DIRECTIONS, Method, Model, Quality, SEGMENTS, Scheme};
 pub use pick_map::{Pick, PickMap};
@@ -39,6 +42,6 @@ pub use savings::{Saving, Savings};
 pub use shade::{Multiple, ShadeSettings, Terms};
 pub use transmittance::{
     AVERAGES_ENTRIES, LightBatch, MeanFibre, PATH_BYTES, Transmittance, TransmittanceReport,
-    VISIBILITY_BYTES, VolumeReport,
+    VISIBILITY_BYTES, VisibilitySource, VolumeReport,
 };
 pub use view::ViewTransform;

@@ -192,6 +192,21 @@ impl Raster {
         Ok(made)
     }
 
+    /// Strand segments that every pixel of the picture that was drawn last shows.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`] where it was drawn in bands, [`GpuError::Lost`].
+    pub fn overdraw(&self, gpu: &Gpu, target: &PictureBuffers) -> Result<Vec<u32>, GpuError> {
+        if self.binned.is_none() {
+            return Err(GpuError::Refused {
+                what: "the overdraw of the picture".to_owned(),
+                reason: "its fragments exceed what the adapter binds at once; draw a smaller picture"
+                    .to_owned(),
+            });
+        }
+        gpu.read(&target.counts, target.size[0] as usize * target.size[1] as usize)
+    }
+
     fn count_fragments(
         &self,
         gpu: &Gpu,

@@ -68,7 +68,7 @@ impl Saving {
             Self::FewLights => 1e-3,
             Self::Absorbed => 2e-3,
             Self::Hidden => 5e-3,
-            Self::Straight | Self::Turning => 1e-2,
+            Self::Straight | Self::Turning => 2e-2,
             Self::Levels => 3e-2,
         }
     }
@@ -93,6 +93,15 @@ impl Savings {
     #[must_use]
     pub const fn without(self, saving: Saving) -> Self {
         Self(self.0 & !(saving as u32))
+    }
+
+    /// Those that change nothing but the order in which numbers are added.
+    #[must_use]
+    pub fn exact(self) -> Self {
+        Saving::ALL
+            .into_iter()
+            .filter(|saving| saving.bound() > 1e-4)
+            .fold(self, Self::without)
     }
 
     /// The same with `saving`.

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::strands::StrandBuffers;
 use super::tables::scattering_tables;
-use super::transmittance::{LightBatch, Transmittance};
+use super::transmittance::{LightBatch, Transmittance, VisibilitySource};
 use super::work_list::Lister;
 use super::{Gpu, GpuError, Kernel, Method, Quality, Saving, Savings};
 
@@ -73,6 +73,8 @@ pub struct ShadeSettings {
     pub multiple: Multiple,
     /// Terms that are added up.
     pub terms: Terms,
+    /// Where shadows come from.
+    pub visibility: VisibilitySource,
 }
 
 impl Default for ShadeSettings {
@@ -81,6 +83,7 @@ impl Default for ShadeSettings {
             method: Method::default(),
             multiple: Multiple::M3,
             terms: Terms::ALL,
+            visibility: VisibilitySource::Voxel,
         }
     }
 }

@@ -4,16 +4,21 @@
 //! view rests, `visibility_exact`, `transmittance_path`. Visibility depends on geometry and lights; the path sums on paint as well.
 
 use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use bytemuck::{Pod, Zeroable};
+use serde::{Deserialize, Serialize};
 
+use super::sh9::{Harmonics, VolumeParts};
+use super::voxel_paint::{DirtyPoints, SegmentVoxels, paint_run};
 use super::work_list::{DONE, Lister, WorkList};
 use super::{Gpu, GpuError, Kernel, Method, Model};
 use crate::gpu::tables::scattering_tables;
 use crate::light::SrbfLight;
 use crate::param::VertexParams;
 use crate::volume::lobe::{LobeDirection, LobeLight, exact_tables, lobe_tables};
-use crate::volume::{DensityVolume, Grid, Occluder, Strands, VolumeSettings};
+use crate::volume::{BRICK_VOXELS, DensityVolume, Grid, Occluder, Strands, VolumeSettings};
 
 /// Bytes of a visibility record: a, b of T(w) = a + b . (w - A w_j) as four half floats.
 pub const VISIBILITY_BYTES: u64 = 8;
@@ -37,6 +42,17 @@ pub struct LightBatch {
     pub path: wgpu::Buffer,
 }
 
+/// Where a light's visibility comes from before exact rays refine it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum VisibilitySource {
+    /// Marches through the voxels towards every light.
+    #[default]
+    Voxel,
+    /// Nine spherical harmonics per block of voxels, with gradients (Xing 2012); exact rays do not refine them.
+    Sh9,
+}
+
 /// Size of a density volume, for reports.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct VolumeReport {
@@ -46,8 +62,12 @@ pub struct VolumeReport {
     pub voxels: [u32; 3],
     /// Voxels that are stored.
     pub stored_voxels: u32,
-    /// Fibre parts in voxels.
+    /// Segments that were clipped.
+    pub segments: usize,
+    /// Parts that they were cut into: fibres in voxels.
     pub shares: usize,
+    /// Voxels that a fibre crosses.
+    pub filled_voxels: usize,
     /// GPU bytes of all of the volume's buffers.
     pub bytes: u64,
 }
@@ -81,6 +101,10 @@ struct VolumeBuffers {
     path_work: WorkList,
     point_count: u32,
     stored_voxels: u32,
+    brick_count: u32,
+    /// Mean diameter of the fibres, voxels.
+    mean_diameter: f32,
+    segment_voxels: SegmentVoxels,
 }
 
 /// The lights on the GPU.
@@ -156,10 +180,9 @@ impl MeanFibre {
 }
 
 /// What has to run again.
-#[derive(Clone, Copy, Default)]
 struct Stale {
     averages: bool,
-    paint: bool,
+    paint: DirtyPoints,
     lights: bool,
 }
 
@@ -169,6 +192,7 @@ pub struct Transmittance {
     visibility: Kernel,
     visibility_exact: Kernel,
     path: Kernel,
+    harmonics: Option<Harmonics>,
     lister: Lister,
     /// The model whose averages the table holds, and the pass that fills it.
     averages_pass: (Model, Kernel),
@@ -184,6 +208,7 @@ pub struct Transmittance {
     /// Lights whose records are stale where the others' are not.
     moved: Vec<u32>,
     has_paint: bool,
+    interrupt: Option<Arc<AtomicBool>>,
 }
 
 impl Transmittance {
@@ -197,6 +222,7 @@ impl Transmittance {
             visibility: Kernel::new(gpu, "pass/transmittance_visibility.wgsl", &[])?,
             visibility_exact: Kernel::new(gpu, "pass/visibility_exact.wgsl", &[])?,
             path: Kernel::new(gpu, "pass/transmittance_path.wgsl", &[])?,
+            harmonics: None,
             lister: Lister::new(gpu)?,
             averages_pass: (Model::default(), averages_pass(gpu, Model::default())?),
             tables: gpu.storage_of("scattering tables", &scattering_tables())?,
@@ -210,9 +236,14 @@ impl Transmittance {
             srbf: Vec::new(),
             lights: None,
             batches: Vec::new(),
-            stale: Stale::default(),
+            stale: Stale {
+                averages: false,
+                paint: DirtyPoints::NONE,
+                lights: false,
+            },
             moved: Vec::new(),
             has_paint: false,
+            interrupt: None,
         })
     }
 
@@ -235,24 +266,57 @@ impl Transmittance {
             + buffers.point_ends.size();
         self.volume = Some(buffers);
         self.batches.clear();
-        self.stale.paint = true;
+        if let Some(harmonics) = &mut self.harmonics {
+            harmonics.forget();
+        }
+        self.stale.paint = DirtyPoints::All;
         self.has_paint = false;
         Ok(VolumeReport {
             voxel_size: volume.grid.voxel_size,
             voxels: volume.grid.voxels().to_array(),
             stored_voxels: volume.grid.stored_voxels,
+            segments: (0..strands.strand_count())
+                .map(|strand| strands.segments(strand).len())
+                .sum(),
             shares: volume.shares.len(),
+            filled_voxels: volume
+                .first_share
+                .windows(2)
+                .filter(|ends| ends[0] < ends[1])
+                .count(),
             bytes,
         })
     }
 
     /// Takes the painted parameters, one `VertexParams` per point, and their mean; call it again after every change of the
-    /// buffer's content.
-    pub fn set_params(&mut self, params: &wgpu::Buffer, mean: MeanFibre) {
+    /// buffer's content, with the points that changed (all where `dirty` is empty).
+    pub fn set_params(&mut self, params: &wgpu::Buffer, mean: MeanFibre, dirty: &[Range<u32>]) {
         self.params = Some(params.clone());
-        self.stale.averages |= self.fibre != Some(mean);
+        if self.fibre != Some(mean) {
+            self.stale.averages = true;
+            self.stale.paint = DirtyPoints::All;
+        }
         self.fibre = Some(mean);
-        self.stale.paint = true;
+        self.stale.paint.add(dirty);
+    }
+
+    /// Takes where visibility comes from.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`] where a shader does not compile.
+    pub fn set_visibility_source(&mut self, gpu: &Gpu, source: VisibilitySource) -> Result<(), GpuError> {
+        let is_sh9 = source == VisibilitySource::Sh9;
+        if self.harmonics.is_some() != is_sh9 {
+            self.harmonics = is_sh9.then(|| Harmonics::new(gpu)).transpose()?;
+            self.stale.lights = true;
+        }
+        Ok(())
+    }
+
+    /// While the flag is true, exact rays stop after the light that they are traced for and [`Self::update`] fails with
+    /// [`GpuError::Interrupted`]; what was traced until then is kept, and the next update traces again.
+    pub fn set_interrupt(&mut self, interrupt: Option<Arc<AtomicBool>>) {
+        self.interrupt = interrupt;
     }
 
     /// Takes the model whose averages light loses and spreads by on its way; a model without multiple scattering changes nothing.
@@ -263,14 +327,14 @@ impl Transmittance {
         if model.scatters_often() && self.averages_pass.0 != model {
             self.averages_pass = (model, averages_pass(gpu, model)?);
             self.stale.averages = true;
-            self.stale.paint = true;
+            self.stale.paint = DirtyPoints::All;
         }
         Ok(())
     }
 
     /// True where the last update kept losses of an earlier paint.
     pub fn lags(&self) -> bool {
-        self.stale.paint
+        self.stale.paint != DirtyPoints::NONE
     }
 
     /// Takes the lights and returns those that are marched in another way than before; the records of the others stay.
@@ -318,7 +382,7 @@ impl Transmittance {
     /// Nothing that was marched counts any more.
     pub fn forget(&mut self) {
         self.stale.lights = true;
-        self.stale.paint = true;
+        self.stale.paint = DirtyPoints::All;
         self.has_paint = false;
     }
 
@@ -328,7 +392,7 @@ impl Transmittance {
     /// (fewer for faint lights); records of more rays than asked for stay.
     ///
     /// # Errors
-    /// [`GpuError::TooLarge`] where the records of one light exceed what the adapter binds, [`GpuError::Lost`].
+    /// [`GpuError::TooLarge`] where the records of one light exceed what the adapter binds, [`GpuError::Interrupted`], [`GpuError::Lost`].
     pub fn update(
         &mut self,
         gpu: &Gpu,
@@ -342,7 +406,7 @@ impl Transmittance {
         };
 
         if let (true, Some(params), Some(fibre)) = (
-            self.stale.paint && !(paint_may_lag && self.has_paint),
+            self.lags() && !(paint_may_lag && self.has_paint),
             &self.params,
             &self.fibre,
         ) {
@@ -350,10 +414,9 @@ impl Transmittance {
                 self.run_averages(gpu, fibre);
                 self.stale.averages = false;
             }
-            self.run_paint(gpu, volume, params);
+            report.painted_voxels = self.run_paint(gpu, volume, params)?;
             volume.path_work.forget_all(gpu);
-            report.painted_voxels = u64::from(volume.stored_voxels);
-            self.stale.paint = false;
+            self.stale.paint = DirtyPoints::NONE;
             self.has_paint = true;
         }
         if let Some(lights) = &mut self.lights
@@ -370,7 +433,8 @@ impl Transmittance {
         if self.batches.last().map_or(0, |batch| batch.lights.end) != light_count {
             self.batches = allocate_batches(gpu, volume.point_count, light_count)?;
         }
-        if self.stale.lights {
+        // Harmonics hold all lights at once.
+        if self.stale.lights || (self.harmonics.is_some() && !self.moved.is_empty()) {
             volume.visibility_work.forget_all(gpu);
             volume.path_work.forget_all(gpu);
             self.stale.lights = false;
@@ -389,30 +453,41 @@ impl Transmittance {
             };
             let again = |work: &WorkList| work.collect_again(gpu, &self.lister, wanted, DONE);
             let points = again(&volume.visibility_work)?;
-            self.march_lights(gpu, volume, lights, Records::Visibility, points, &self.moved);
+            self.march_lights(gpu, volume, lights, Records::Visibility, points, &self.moved)?;
             report.visibility_rays += u64::from(points) * moved(|light| light.visibility_count);
             let points = again(&volume.path_work)?;
-            self.march_lights(gpu, volume, lights, Records::Path, points, &self.moved);
+            self.march_lights(gpu, volume, lights, Records::Path, points, &self.moved)?;
             report.path_rays += u64::from(points) * moved(|light| light.path_count + 1);
         }
         let points = volume.visibility_work.collect(gpu, &self.lister, wanted, DONE)?;
-        if points > 0 {
-            self.march_lights(gpu, volume, lights, Records::Visibility, points, &every);
-            report.visibility_rays += u64::from(points) * rays_of(|light| light.visibility_count);
+        match &mut self.harmonics {
+            Some(harmonics) if points > 0 => {
+                let items = &volume.visibility_work.items;
+                harmonics.run(gpu, &volume.parts(), &lights.lights, &self.batches, items, points)?;
+            }
+            None if points > 0 => {
+                self.march_lights(gpu, volume, lights, Records::Visibility, points, &every)?;
+                report.visibility_rays += u64::from(points) * rays_of(|light| light.visibility_count);
+            }
+            _ => {}
         }
-        if let (1.., Some(exact)) = (rays, &lights.exact) {
-            let points = volume
-                .visibility_work
-                .collect(gpu, &self.lister, wanted, DONE + rays)?;
+        if let (1.., Some(exact), None) = (rays, &lights.exact, &self.harmonics) {
+            let work = &volume.visibility_work;
+            let before = self.interrupt.is_some().then(|| work.saved(gpu)).transpose()?;
+            let points = work.collect(gpu, &self.lister, wanted, DONE + rays)?;
             if points > 0 {
-                self.march_lights(gpu, volume, lights, Records::Exact(exact), points, &every);
+                let traced = self.march_lights(gpu, volume, lights, Records::Exact(exact), points, &every);
+                if let (Err(GpuError::Interrupted), Some(before)) = (&traced, &before) {
+                    work.restore(gpu, before);
+                }
+                traced?;
                 report.exact_rays = u64::from(points) * exact.total_rays;
             }
         }
         if self.has_paint {
             let points = volume.path_work.collect(gpu, &self.lister, wanted, DONE)?;
             if points > 0 {
-                self.march_lights(gpu, volume, lights, Records::Path, points, &every);
+                self.march_lights(gpu, volume, lights, Records::Path, points, &every)?;
                 report.path_rays += u64::from(points) * rays_of(|light| light.path_count + 1);
             }
         }
@@ -454,7 +529,10 @@ impl Transmittance {
         pass.run(gpu, &bindings, AVERAGES_NODES);
     }
 
-    fn run_paint(&self, gpu: &Gpu, volume: &VolumeBuffers, params: &wgpu::Buffer) {
+    /// Paints the voxels that are stale and returns their number.
+    fn run_paint(&self, gpu: &Gpu, volume: &VolumeBuffers, params: &wgpu::Buffer) -> Result<u64, GpuError> {
+        let touched = volume.segment_voxels.touched(&self.stale.paint);
+        let (run, listed, count) = paint_run(gpu, touched.as_deref(), volume.stored_voxels)?;
         let buffers = [
             (0, &volume.first_share),
             (1, &volume.shares),
@@ -462,12 +540,16 @@ impl Transmittance {
             (3, &self.averages),
             (4, &volume.forward),
             (5, &volume.behind),
+            (6, &run),
+            (7, &listed),
         ];
         self.density_paint
-            .run(gpu, &self.density_paint.bind(gpu, &buffers), volume.stored_voxels);
+            .run(gpu, &self.density_paint.bind(gpu, &buffers), count);
+        Ok(u64::from(count))
     }
 
-    /// Marches from the listed points to those of `lights` that are numbered, one submission per light, so that a slow adapter stays responsive between them.
+    /// Marches from the listed points to those of `lights` that are numbered, one submission per light, so that a slow adapter stays
+    /// responsive between them; exact rays can be interrupted there.
     fn march_lights(
         &self,
         gpu: &Gpu,
@@ -476,13 +558,20 @@ impl Transmittance {
         records: Records<'_>,
         listed_points: u32,
         numbered: &[u32],
-    ) {
+    ) -> Result<(), GpuError> {
         for batch in self.batches.iter().filter(|_| listed_points > 0) {
             for light in numbered
                 .iter()
                 .copied()
                 .filter(|light| batch.lights.contains(light))
             {
+                if let (Records::Exact(_), Some(interrupt)) = (&records, &self.interrupt) {
+                    // What is queued cannot be called back: no more than one light is.
+                    gpu.wait()?;
+                    if interrupt.load(Ordering::Relaxed) {
+                        return Err(GpuError::Interrupted);
+                    }
+                }
                 let run = LightRun {
                     point_count: volume.point_count,
                     light,
@@ -535,6 +624,7 @@ impl Transmittance {
                 kernel.run(gpu, &bindings, listed_points);
             }
         }
+        Ok(())
     }
 }
 
@@ -621,7 +711,23 @@ impl VolumeBuffers {
             path_work: WorkList::new(gpu, "path sums to do", points.len() as u32)?,
             point_count: points.len() as u32,
             stored_voxels: grid.stored_voxels,
+            brick_count: grid.brick_count() as u32,
+            mean_diameter: points.iter().map(|p| p[3]).sum::<f32>() / points.len().max(1) as f32,
+            segment_voxels: SegmentVoxels::new(volume, points.len()),
         })
+    }
+
+    fn parts(&self) -> VolumeParts<'_> {
+        VolumeParts {
+            grid: &self.grid,
+            bricks: &self.bricks,
+            density: &self.density,
+            points: &self.points,
+            point_count: self.point_count,
+            brick_count: self.brick_count,
+            stored_bricks: self.stored_voxels / BRICK_VOXELS,
+            mean_diameter: self.mean_diameter,
+        }
     }
 }
 

@@ -4,6 +4,7 @@
 //! its points.
 
 mod abc;
+mod ball;
 mod barber;
 mod builder;
 mod bytes;
@@ -24,6 +25,7 @@ mod usd;
 use glam::Vec3;
 
 pub use abc::parse_abc;
+pub use ball::{BALL_RADIUS, ball};
 pub use builder::{GroomBuilder, MAX_COORDINATE, MAX_POINTS};
 pub use error::GroomError;
 pub use file::{

@@ -25,6 +25,8 @@ const MAX_RHO: f64 = 60000.0;
 pub struct VolumeSettings {
     /// Voxel size in fibre spacings; from 1 to 2 the error of visibility changes little, time falls with it.
     pub voxel_spacings: f32,
+    /// Voxel size in the groom's unit; takes the place of that in spacings.
+    pub voxel_size: Option<f32>,
     /// Most voxels that may be stored (8 bytes each for the density, 32 for what paint adds); voxels grow until they fit.
     pub max_stored_voxels: u32,
 }
@@ -33,6 +35,7 @@ impl Default for VolumeSettings {
     fn default() -> Self {
         Self {
             voxel_spacings: 1.25,
+            voxel_size: None,
             max_stored_voxels: 4 << 20,
         }
     }
@@ -79,7 +82,8 @@ impl DensityVolume {
     /// Voxelizes strands and an optional occluder.
     pub fn build(strands: &Strands<'_>, occluder: Option<&Occluder<'_>>, settings: &VolumeSettings) -> Self {
         let (low, high) = bounds_with_occluder(strands, occluder);
-        let mut voxel_size = fibre_spacing(strands) * settings.voxel_spacings;
+        let usual = || fibre_spacing(strands) * settings.voxel_spacings;
+        let mut voxel_size = settings.voxel_size.unwrap_or_else(usual);
         loop {
             let grid = Grid::around(low, high, voxel_size);
             let clips = clip_strands(strands, &grid);

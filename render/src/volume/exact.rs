@@ -1,9 +1,11 @@
 //! Exact crossings of rays with fibres: the reference for everything that is marched.
 
 use glam::{IVec3, Vec3};
+use rand::Rng;
 
-use super::Strands;
 use super::grid::fibre_spacing;
+use super::{Strands, lobe};
+use crate::light::SrbfLight;
 
 /// Longest side of the cell grid.
 const MAX_CELLS_PER_AXIS: f32 = 400.0;
@@ -157,6 +159,51 @@ impl SegmentGrid {
             nearest.is_none()
         });
         nearest
+    }
+
+    /// All places where the ray from `origin` along the unit vector `direction` crosses fibres, those of `own_strand` left out, cell after cell.
+    pub fn hits(&self, origin: Vec3, direction: Vec3, own_strand: Option<u32>) -> Vec<Hit> {
+        let mut hits = Vec::new();
+        self.walk(origin, direction, |cell, t0, t1| {
+            let members = self.first[cell] as usize..self.first[cell + 1] as usize;
+            for &member in &self.members[members] {
+                let segment = &self.segments[member as usize];
+                let crossed = segment.crossed_at(origin, direction);
+                if let Some((t, fraction)) = crossed.filter(|(t, _)| t0 <= *t && *t < t1)
+                    && own_strand != Some(segment.strand)
+                {
+                    hits.push(Hit {
+                        distance: t,
+                        point: segment.point,
+                        fraction,
+                        strand: segment.strand,
+                    });
+                }
+            }
+            true
+        });
+        hits
+    }
+
+    /// Share of `rays` directions drawn from a light's lobe, stratified in the cosine, that meet no fibre but those of `own_strand`.
+    pub fn free_share(
+        &self,
+        origin: Vec3,
+        own_strand: u32,
+        light: &SrbfLight,
+        rays: u32,
+        random: &mut impl Rng,
+    ) -> f32 {
+        let axis = light.direction.normalize();
+        let (tangent, bitangent) = lobe::frame(axis);
+        let free = (0..rays).filter(|&i| {
+            let u = (f64::from(i) + random.random::<f64>()) / f64::from(rays);
+            let cos = lobe::cosine_quantile(light.bandwidth, u) as f32;
+            let (sin_phi, cos_phi) = (random.random::<f32>() * std::f32::consts::TAU).sin_cos();
+            let across = (tangent * cos_phi + bitangent * sin_phi) * (1.0 - cos * cos).max(0.0).sqrt();
+            self.is_free(origin, axis * cos + across, Some(own_strand))
+        });
+        free.count() as f32 / rays as f32
     }
 
     /// True where no fibre but those of `own_strand` stops the ray.

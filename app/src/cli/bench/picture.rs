@@ -140,6 +140,7 @@ pub(super) fn run(args: &PictureArgs, console: &mut Console<'_>) -> Result<(), C
                     },
                     terms,
                     multiple: args.multiple.into(),
+                    ..ShadeSettings::default()
                 },
                 samples: 4,
                 visibility_rays: rays,

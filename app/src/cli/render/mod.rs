@@ -1,6 +1,7 @@
 //! `balayage render`: pictures without a window.
 
 mod cancel;
+mod drawn;
 mod names;
 mod record;
 mod scene;
@@ -9,8 +10,8 @@ mod wedge;
 use std::{fs, ops::RangeInclusive, path::PathBuf};
 
 use balayage_render::{
-    gpu::{Camera, FrameReport, Gpu, RenderSettings, Renderer, Terms},
-    image::{Metadata, png_bytes},
+    gpu::{Camera, DebugView, FrameReport, Gpu, RenderSettings, Terms},
+    image::Metadata,
 };
 use clap::{Args, ValueEnum};
 use serde_json::json;
@@ -20,12 +21,13 @@ use super::{
     groom_options::GroomOptions,
     hair_option::HairOption,
     light_options::LightOptions,
-    method_options::{MethodOptions, ModelName, MultipleName},
+    method_options::{MethodOptions, ModelName, MultipleName, TransmittanceName},
 };
 use crate::{
     Problem,
     document::{Document, Edit, files},
 };
+use drawn::Drawn;
 use names::Format;
 use record::Record;
 pub(super) use scene::{camera, load_light, scene};
@@ -79,12 +81,18 @@ pub(super) struct RenderArgs {
     /// How light that has crossed other fibres is added.
     #[arg(long, value_enum, default_value_t = MultipleName::M3)]
     multiple: MultipleName,
+    /// Where shadows come from before exact rays refine them.
+    #[arg(long, value_enum, default_value_t)]
+    transmittance: TransmittanceName,
     /// Exact rays per point and light that shadows come from; 0: the density of the hair. [default: 64 with --quality high, else 0]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=1024))]
     visibility_rays: Option<u32>,
     /// Shadows from 256 exact rays per point and light.
     #[arg(long, conflicts_with = "visibility_rays")]
     reference_visibility: bool,
+    /// False colours instead of the picture (PNG): transmittance, fibres, a-f, density, overdraw or non-finite; the legend is printed.
+    #[arg(long, value_name = "NAME")]
+    debug_view: Option<DebugView>,
     /// Unpainted parameters, as eumelanin=1.3; repeat for more.
     #[arg(long = "set", value_name = "CHANNEL=VALUE")]
     settings: Vec<HairOption>,
@@ -129,7 +137,16 @@ fn frames(text: &str) -> Result<RangeInclusive<u32>, String> {
 }
 
 pub(super) fn run(args: &RenderArgs, console: &mut Console<'_>) -> Result<(), CliError> {
-    Format::of(&args.output)?;
+    let format = Format::of(&args.output)?;
+    if args.debug_view.is_some() && format != Format::Png {
+        let text = "--debug-view: false colours are for a display; write a .png";
+        return Err(CliError::Usage(text.to_owned()));
+    }
+    let has_rays = args.reference_visibility || args.visibility_rays.is_some_and(|rays| rays > 0);
+    if args.transmittance == TransmittanceName::Sh9 && has_rays {
+        let text = "--transmittance sh9: exact rays do not refine it; leave --visibility-rays and --reference-visibility away";
+        return Err(CliError::Usage(text.to_owned()));
+    }
     let frames: Vec<Option<u32>> = match &args.frames {
         Some(range) => range.clone().map(Some).collect(),
         None => vec![None],
@@ -172,7 +189,8 @@ pub(super) fn run(args: &RenderArgs, console: &mut Console<'_>) -> Result<(), Cl
         let settings = scene::settings(args, document);
         let jobs = jobs(args, document, &settings, &frames, pictures)?;
         if jobs.iter().all(|job| job.is_there) {
-            done.pictures.extend(jobs.into_iter().map(|job| (job.path, None)));
+            done.pictures
+                .extend(jobs.into_iter().map(|job| Made::before(job.path)));
             continue;
         }
         // Adapters are asked for before the fit: without one nothing is worth waiting for.
@@ -225,11 +243,29 @@ fn jobs(
     Ok(frames.iter().zip(pictures).map(job).collect())
 }
 
+/// A picture that is there.
+struct Made {
+    path: PathBuf,
+    /// What it cost; none where it was there before.
+    cost: Option<FrameReport>,
+    /// What its false colours mean.
+    legend: Option<String>,
+}
+
+impl Made {
+    fn before(path: PathBuf) -> Self {
+        Self {
+            path,
+            cost: None,
+            legend: None,
+        }
+    }
+}
+
 /// What was done, for the report.
 #[derive(Default)]
 struct Done {
-    /// Pictures with what they cost; none for those that were there.
-    pictures: Vec<(PathBuf, Option<FrameReport>)>,
+    pictures: Vec<Made>,
     /// Adapter, strands, points, lights and seconds of the fit, of what was rendered last.
     scene: Option<(String, [usize; 3], Option<f64>)>,
 }
@@ -248,18 +284,24 @@ fn render(
     let lighting = scene::load_light(document, console)?;
     let mut renderer = scene::scene(gpu, document, &lighting, args.background == BackgroundName::Env)?;
     let progress = console.progress(jobs.len() as u64, "rendering");
+    let mut bad_pixels = 0;
     for (i, job) in jobs.into_iter().enumerate() {
-        let mut report = None;
+        let mut made = Made::before(job.path.clone());
         if !job.is_there {
-            report = Some(renderer.render(&job.camera, args.size, settings)?);
-            write(&renderer, &job, args.size, format)?;
+            let (drawn, cost) = match args.debug_view {
+                Some(view) => Drawn::false_colours(&mut renderer, &job.camera, args.size, settings, view)?,
+                None => Drawn::picture(&mut renderer, &job.camera, args.size, settings, format)?,
+            };
+            bad_pixels += drawn.bad_pixels;
+            write(&drawn, &job)?;
+            made.cost = Some(cost);
+            made.legend = drawn.legend;
         }
-        done.pictures.push((job.path, report));
+        done.pictures.push(made);
         progress.at(i as u64 + 1);
     }
     drop(progress);
 
-    let bad_pixels = renderer.non_finite()?;
     if bad_pixels > 0 {
         console.warn(&format!(
             "{bad_pixels} pixels are not finite; they are magenta: please report the project"
@@ -275,15 +317,9 @@ fn render(
     Ok(())
 }
 
-/// Writes the renderer's picture, all of it or nothing.
-fn write(renderer: &Renderer, job: &Job, [width, height]: [u32; 2], format: Format) -> Result<(), CliError> {
-    let bytes = match format {
-        Format::Exr => renderer.picture()?.exr_bytes(&job.path, &job.metadata)?,
-        Format::Png => {
-            let rgba = renderer.shown_bytes()?;
-            png_bytes(&job.path, [width, height], &rgba, &job.metadata)?
-        }
-    };
+/// Writes a picture, all of it or nothing.
+fn write(drawn: &Drawn, job: &Job) -> Result<(), CliError> {
+    let bytes = drawn.bytes(&job.path, &job.metadata)?;
     let mut written = cancel::writing();
     files::write_atomic(&job.path, &bytes)?;
     *written += 1;
@@ -295,8 +331,14 @@ fn print(done: &Done, console: &mut Console<'_>) -> std::io::Result<()> {
     let frames: Vec<_> = done
         .pictures
         .iter()
-        .map(|(path, report)| match report {
-            Some(report) => json!({"picture": path, "passes_ms": pairs(&report.passes), "counters": pairs(&report.counters)}),
+        .map(|Made { path, cost, legend }| match cost {
+            Some(cost) => {
+                let mut frame = json!({"picture": path, "passes_ms": pairs(&cost.passes), "counters": pairs(&cost.counters)});
+                if let Some(legend) = legend {
+                    frame["legend"] = json!(legend);
+                }
+                frame
+            }
             None => json!({"picture": path, "kept": true}),
         })
         .collect();
@@ -310,20 +352,19 @@ fn print(done: &Done, console: &mut Console<'_>) -> std::io::Result<()> {
         value["fit_seconds"] = json!(fit_seconds);
         text = format!("{strands} strands, {points} points, {lights} lights, {adapter}\n");
     }
-    for (path, report) in &done.pictures {
-        let report = report.clone().unwrap_or_default();
+    for Made { path, cost, legend } in &done.pictures {
+        let report = cost.clone().unwrap_or_default();
         for (pass, ms) in &report.passes {
             text += &format!("  {pass:<24} {ms:>10.1} ms\n");
         }
         for (counter, n) in &report.counters {
             text += &format!("  {counter:<24} {n:>10}\n");
         }
-        let kept = if report == FrameReport::default() {
-            " (kept)"
-        } else {
-            ""
-        };
+        let kept = if cost.is_none() { " (kept)" } else { "" };
         text += &format!("{}{kept}\n", path.display());
+        if let Some(legend) = legend {
+            text += &format!("  {legend}\n");
+        }
     }
     console.result(value, &text.trim_end())
 }

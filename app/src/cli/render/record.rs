@@ -60,6 +60,8 @@ impl Record {
                 "view": format!("{:?}", settings.view),
                 "background": settings.show_background,
                 "visibility_rays": settings.visibility_rays,
+                "transmittance": shade.visibility,
+                "debug_view": args.debug_view.map(|view| format!("{view:?}")),
             }),
             files: files.into(),
         })

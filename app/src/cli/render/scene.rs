@@ -7,7 +7,7 @@ use balayage_render::gpu::{
 };
 use glam::Mat4;
 
-use super::{BackgroundName, CliError, Console, RenderArgs, ViewName};
+use super::{BackgroundName, CliError, Console, RenderArgs, TransmittanceName, ViewName};
 use crate::{
     Problem,
     document::{CameraPose, Document, Lighting, check_camera, files},
@@ -110,7 +110,7 @@ const HIGH_RAYS: u32 = 64;
 pub(super) fn settings(args: &RenderArgs, document: &Document) -> RenderSettings {
     let hair = &document.project().hair;
     let method = args.method.method(hair.scheme);
-    let usual_rays = if method.quality == Quality::High {
+    let usual_rays = if method.quality == Quality::High && args.transmittance == TransmittanceName::Voxel {
         HIGH_RAYS
     } else {
         0
@@ -123,6 +123,7 @@ pub(super) fn settings(args: &RenderArgs, document: &Document) -> RenderSettings
             },
             multiple: args.multiple.into(),
             terms: args.terms,
+            visibility: args.transmittance.into(),
         },
         samples: args.samples,
         view: match args.view {

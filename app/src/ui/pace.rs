@@ -1,0 +1,94 @@
+//! How much a picture may hold while a hand moves: learnt from what the last ones cost.
+
+/// Milliseconds that a picture may take while a hand moves, on a GPU and in software.
+const BUDGET_MS: f64 = 33.0;
+const SOFTWARE_BUDGET_MS: f64 = 150.0;
+
+/// Least share of the strands.
+const LEAST_SHARE: f32 = 1.0 / 32.0;
+
+/// What the next quick picture is drawn with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Pace {
+    /// Share of the strands.
+    pub(super) strand_share: f32,
+    /// Pixels of the viewport's side to one of the picture's.
+    divisor: u32,
+    budget_ms: f64,
+}
+
+impl Pace {
+    /// Before anything is known: little enough that the first picture comes soon.
+    pub(super) fn unknown(is_software: bool) -> Self {
+        Self {
+            strand_share: if is_software { 0.125 } else { 1.0 },
+            divisor: if is_software { 2 } else { 1 },
+            budget_ms: if is_software {
+                SOFTWARE_BUDGET_MS
+            } else {
+                BUDGET_MS
+            },
+        }
+    }
+
+    /// Size of the picture for a viewport of `size` pixels.
+    pub(super) fn size(&self, size: [u32; 2]) -> [u32; 2] {
+        size.map(|side| (side / self.divisor).max(1))
+    }
+
+    /// Learns from a picture that took so long. Its cost grows with the strands: strands are given up first in proportion, then pixels;
+    /// pixels come back once all strands take less than a third of the budget.
+    pub(super) fn learn(&mut self, milliseconds: f64) {
+        let room = (self.budget_ms / milliseconds.max(0.1)) as f32;
+        let share = (self.strand_share * room.clamp(0.25, 2.0)).clamp(LEAST_SHARE, 1.0);
+        // Within a tenth the picture keeps its strands: another choice of them shimmers.
+        if !(0.9..1.5).contains(&room) {
+            self.strand_share = share;
+        }
+        if self.divisor == 2 && self.strand_share == 1.0 && room > 3.0 {
+            self.divisor = 1;
+        } else if self.divisor == 1 && room < 0.9 && self.strand_share < 0.5 {
+            self.divisor = 2;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Milliseconds of a picture that costs `whole` with all strands, a tenth of it whatever it holds.
+    fn cost(pace: &Pace, whole: f64) -> f64 {
+        whole * (0.1 + 0.9 * f64::from(pace.strand_share)) / f64::from(pace.divisor)
+    }
+
+    #[test]
+    fn the_pace_finds_its_budget_and_keeps_it() {
+        for (is_software, budget) in [(true, SOFTWARE_BUDGET_MS), (false, BUDGET_MS)] {
+            for whole in [5.0, 60.0, 400.0, 1000.0] {
+                let mut pace = Pace::unknown(is_software);
+                for _ in 0..20 {
+                    pace.learn(cost(&pace, whole));
+                }
+                let found = pace;
+                pace.learn(cost(&pace, whole));
+                assert_eq!(pace, found, "it rests");
+                let ms = cost(&pace, whole);
+                assert!(
+                    ms <= 1.12 * budget || pace.strand_share == LEAST_SHARE,
+                    "{ms} ms of {budget} at {whole}: {pace:?}"
+                );
+                // Cheap scenes get everything, and no scene is thinned more than it has to be.
+                assert!(pace.strand_share == 1.0 || ms > 0.6 * budget, "{ms}: {pace:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_slow_picture_thins_the_next_one() {
+        let mut pace = Pace::unknown(false);
+        pace.learn(1000.0);
+        assert_eq!((pace.strand_share, pace.divisor), (0.25, 2));
+        assert_eq!(pace.size([1001, 1]), [500, 1]);
+    }
+}
