@@ -2,9 +2,11 @@
 
 use std::borrow::Cow;
 use std::f64::consts::PI;
+use std::ops::Range;
 use std::path::Path;
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 use super::error::Refusal;
 use super::{EnvironmentMap, InputError, open_exr, radiance_hdr};
@@ -181,6 +183,16 @@ impl EnvironmentMap {
             height,
             pixels: (0..width * height).map(pixel).collect(),
         })
+    }
+
+    /// Radiance at the pixel centres of some rows, row after row.
+    pub(super) fn grid_rows(&self, rows: Range<usize>, radiance: impl Fn(Vec3) -> Vec3 + Sync) -> Vec<Vec3> {
+        let row = |y: usize| -> Vec<Vec3> {
+            (0..self.width)
+                .map(|x| radiance(self.direction(x, y).as_vec3()))
+                .collect()
+        };
+        rows.into_par_iter().flat_map_iter(row).collect()
     }
 
     /// Unit direction of the centre of the pixel in column `x` and row `y`.
