@@ -4,7 +4,7 @@ use std::ops::Range;
 
 /// Pixels that one piece of work may visit between two calls of a progress callback, each for one fibre, light or sum: some
 /// hundredths of a second.
-pub(super) const VISITS: usize = 1 << 21;
+pub(super) const VISITS: usize = 1 << 20;
 
 /// All of `rows` in order, in groups of at most [`VISITS`] where a row takes `per_row` of them; a group has one row at least.
 pub(super) fn bands(rows: usize, per_row: usize) -> impl Iterator<Item = Range<usize>> {

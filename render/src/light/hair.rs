@@ -25,6 +25,10 @@ const TABLE: usize = 4096;
 /// Maps below this size are divided, so that the sum over pixels is an integral.
 const LEAST_ROWS: usize = 64;
 
+/// Maps wider than this are averaged down by a whole factor: their pixels are far finer than any lobe (0.35 degrees), and there are
+/// millions of them for each of hundreds of fibres.
+const MOST_COLUMNS: usize = 1024;
+
 /// The kernel normal(theta_h; 0, longitudinal) (cos(phi/2)/4 + normal(pi - |phi|; azimuthal)) cos theta_i and its fibres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HairKernel {
@@ -83,17 +87,18 @@ impl<'a> HairProbe<'a> {
 
     /// As [`HairProbe::new`]; none where `progress` cancels.
     pub fn with_progress(map: &'a EnvironmentMap, kernel: HairKernel, progress: Progress) -> Option<Self> {
-        let mut probe = Self::unlit(map, kernel);
+        let share = |done: f64| progress(0.2 * done);
+        let mut probe = Self::unlit(map.averaged(MOST_COLUMNS, &share)?, kernel);
         let map = &probe.map;
         probe.radiance = probe.integrate(
             |rows| Cow::Borrowed(&map.pixels[rows.start * map.width..rows.end * map.width]),
-            progress,
+            &|done| progress(0.2 + 0.8 * done),
         )?;
         Some(probe)
     }
 
     /// The fibres and the tables of their kernels.
-    fn unlit(map: &'a EnvironmentMap, kernel: HairKernel) -> Self {
+    fn unlit(map: Cow<'a, EnvironmentMap>, kernel: HairKernel) -> Self {
         let mut random = Pcg64Mcg::seed_from_u64(kernel.seed);
         let sigma = kernel.longitudinal_deg.to_radians();
         let fibres = (0..kernel.fibres)
@@ -110,7 +115,10 @@ impl<'a> HairProbe<'a> {
             let cos_half = index as f32 / (TABLE - 1) as f32;
             cos_half / 4.0 + normal(2.0 * cos_half.asin(), sigma)
         };
-        let map = map.at_least(2 * LEAST_ROWS, LEAST_ROWS);
+        let map = match map {
+            Cow::Borrowed(map) => map.at_least(2 * LEAST_ROWS, LEAST_ROWS),
+            averaged => averaged,
+        };
         let azimuth = |x: usize| (2.0 * PI * (x as f32 + 0.5) / map.width as f32).sin_cos();
         let azimuth = (0..map.width).map(azimuth).collect();
         Self {
@@ -310,7 +318,7 @@ mod tests {
                 fibres: 50,
                 ..HairKernel::default()
             };
-            let probe = HairProbe::unlit(&map, kernel);
+            let probe = HairProbe::unlit(Cow::Borrowed(&map), kernel);
             for fibre in &probe.fibres {
                 let w = uniform_direction(&mut random);
                 let (table, exact) = (f64::from(probe.kernel(fibre, w)), exact(kernel, fibre, w));

@@ -125,9 +125,9 @@ pub(super) struct Effort {
 }
 
 impl Effort {
-    /// Calls of `on_step` in a round.
+    /// Most calls of `on_step` in a round: a step has derivatives and an evaluation, a swap a birth and an evaluation.
     fn steps(&self) -> usize {
-        self.before + self.swaps * (1 + self.per_swap) + self.after
+        2 * (self.before + self.swaps * (1 + self.per_swap) + self.after)
     }
 }
 
@@ -147,7 +147,7 @@ pub struct Work {
 
 /// Moves centres, concentrations and energies towards the least blurred relative residual; now and then the lobe that matters
 /// least is put where the residual is largest, and stays there if that pays. `on_step` is told the share done and ends the work
-/// with an error; between two calls is at most one evaluation and one of derivatives, or one birth.
+/// with an error; between two calls is one evaluation, one of derivatives or one birth.
 pub(super) fn refine<E>(
     target: &Target,
     lobes: Vec<Lobe>,
@@ -195,6 +195,7 @@ impl<'a, E, F: Fn() -> Result<(), E>> Refinement<'a, F> {
             (self.on_step)()?;
             self.work.births += 1;
             let lobes = swapped(self.target, &state);
+            (self.on_step)()?;
             let swapped = self.evaluated(lobes);
             let swapped = self.descend(swapped, effort.per_swap)?;
             if swapped.cost < state.cost {
@@ -210,11 +211,11 @@ impl<'a, E, F: Fn() -> Result<(), E>> Refinement<'a, F> {
         let mut damping = 1e-2;
         let mut equations = None;
         for _ in 0..steps {
-            (self.on_step)()?;
-            let (matrix, gradient) = equations.get_or_insert_with(|| {
+            if equations.is_none() {
+                (self.on_step)()?;
                 self.work.derivatives += 1;
-                state.normal_equations()
-            });
+            }
+            let (matrix, gradient) = equations.get_or_insert_with(|| state.normal_equations());
             let mut matrix = matrix.clone();
             let least = 1e-12 * matrix.diagonal().amax();
             for p in 0..gradient.len() {
@@ -225,6 +226,7 @@ impl<'a, E, F: Fn() -> Result<(), E>> Refinement<'a, F> {
                 continue;
             };
             let step = -factor.solve(gradient);
+            (self.on_step)()?;
             let next = self.evaluated(moved(&state.lobes, &step, finest, self.range));
             if next.cost < state.cost {
                 state = next;
