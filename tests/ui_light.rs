@@ -12,7 +12,10 @@ use balayage::{
 };
 use balayage_render::light::{LightSet, SrbfLight};
 use egui::{Key, Modifiers, PointerButton, Pos2, Vec2};
-use egui_kittest::{Harness, kittest::Queryable};
+use egui_kittest::{
+    Harness,
+    kittest::{NodeT, Queryable},
+};
 use glam::Vec3;
 
 use crate::{document, project, settle};
@@ -38,9 +41,17 @@ fn sequence(folder: &Path) -> PathBuf {
     for (i, sun) in [6, 7, 6].into_iter().enumerate() {
         write_map(&folder.join(format!("sky-{i}.hdr")), sun);
     }
+    let maps = r#"{"maps": ["sky-0.hdr", "sky-1.hdr", "sky-2.hdr"], "fps": 60}"#;
+    lit(
+        folder,
+        &format!(r#"{{"environment": {{"sequence": {maps}}}, "light_count": 4}}"#),
+    )
+}
+
+/// The project of [`project`] under other light.
+fn lit(folder: &Path, light: &str) -> PathBuf {
     let path = project(folder);
     let text = fs::read_to_string(&path).unwrap();
-    let light = r#"{"environment": {"sequence": {"maps": ["sky-0.hdr", "sky-1.hdr", "sky-2.hdr"], "fps": 60}}, "light_count": 4}"#;
     let (head, tail) = text
         .split_once(r#"{"environment": {"constant": [1, 1, 1]}}"#)
         .unwrap();
@@ -369,4 +380,93 @@ fn a_sequence_plays_pauses_and_steps() {
     assert!(harness.state().last_message().unwrap().contains(&next));
     assert_eq!(lights(&harness), before);
     assert!(matches!(settings(&harness).environment, Environment::Sequence(_)));
+}
+
+/// Sets the slider that is called `label`.
+fn set(harness: &mut Harness<'_, Editor>, label: &str, value: f64) {
+    let slider = harness.get_all_by_label(label).next();
+    slider
+        .unwrap_or_else(|| panic!("no {label}"))
+        .set_value_accesskit(value);
+    harness.step();
+    harness.step();
+}
+
+/// Turning, exposing and tinting fit nothing anew, nor do edits by hand, undo and redo; another number of lights does, once.
+#[test]
+fn rotation_exposure_and_tint_never_fit_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = editor(&sequence(folder.path()));
+    let fits = harness.state().fits_started();
+    let mut seen = vec![settings(&harness)];
+    set(&mut harness, "Rotation", 90.0);
+    seen.push(settings(&harness));
+    set(&mut harness, "Exposure", 1.5);
+    seen.push(settings(&harness));
+    click(&mut harness, "Tint");
+    let channels = harness.get_all_by_role(egui::accesskit::Role::SpinButton);
+    channels.last().unwrap().set_value_accesskit(0.0);
+    harness.step();
+    harness.step();
+    seen.push(settings(&harness));
+    harness.key_press(Key::Escape);
+    harness.step();
+    click(&mut harness, "Mute Light 2");
+    seen.push(settings(&harness));
+    let differ = |pair: &[LightSettings]| pair[0] != pair[1];
+    assert!(seen.windows(2).all(differ), "something changed nothing: {seen:?}");
+    for _ in 0..4 {
+        undo(&mut harness);
+    }
+    assert_eq!(settings(&harness), seen[0]);
+    assert_eq!(harness.state().fits_started(), fits);
+
+    // The counter counts: another number of lights is a fit, and so is the way back.
+    set(&mut harness, "Lights", 6.0);
+    assert_eq!(harness.state().fits_started(), fits + 1);
+    undo(&mut harness);
+    assert_eq!(harness.state().fits_started(), fits + 2);
+}
+
+/// A hair error instead of a number of lights: as few as reach it, soon enough to wait for, and one undo away.
+#[test]
+fn lights_by_error_are_as_few_as_it_takes() {
+    let folder = tempfile::tempdir().unwrap();
+    write_map(&folder.path().join("sky.hdr"), 9);
+    let light = r#"{"environment": {"map": "sky.hdr"}, "light_count": 30}"#;
+    let mut harness = editor(&lit(folder.path(), light));
+    let many = lights(&harness).lights.len();
+    let start = Instant::now();
+    click(&mut harness, "Lights by error");
+    assert_eq!(settings(&harness).target_error, Some(0.01));
+    while harness.state().is_busy() {
+        harness.step();
+        assert!(start.elapsed() < Duration::from_secs(60));
+    }
+    let took = start.elapsed();
+    println!("lights by error: {took:?}");
+    let few = lights(&harness).lights.len();
+    assert!(few < many && few > 1, "{few} of {many} lights");
+    assert!(took < Duration::from_secs(2), "{took:?}");
+
+    // What is measured of them afterwards keeps the word.
+    let measured = |harness: &Harness<'_, Editor>| {
+        let report = harness.query_by_label_contains("lights fitted in")?;
+        let text = report.accesskit_node().label().or_else(|| report.value())?;
+        let percent = text.split_once("hair ")?.1.split_once(" %")?.0.parse::<f64>();
+        Some(percent.unwrap())
+    };
+    let percent = loop {
+        harness.step();
+        if let Some(percent) = measured(&harness) {
+            break percent;
+        }
+        assert!(start.elapsed() < Duration::from_secs(60), "nothing was measured");
+    };
+    assert!(percent <= 1.0, "{percent} %");
+    undo(&mut harness);
+    assert_eq!(
+        (settings(&harness).target_error, settings(&harness).light_count),
+        (None, 30)
+    );
 }

@@ -33,9 +33,9 @@ fn shows(harness: &Harness<'_, Editor>, label: &str) -> bool {
 #[test]
 fn the_palette_finds_commands_and_changes_keys() {
     let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("settings.json");
+    let file = folder.path().join("state/settings.json");
     let mut harness = editor(&project(folder.path()));
-    harness.state_mut().use_settings(Settings::read(&file).unwrap());
+    harness.state_mut().use_settings_of_user();
     harness.step();
     harness.step();
     harness.step();

@@ -1,5 +1,5 @@
 //! What Balayage remembers about a person's work on this machine: recent folders, folders that are trusted, how many backups
-//! to keep. It lives in the user's state folder, as do the journals of projects that were never saved.
+//! to keep. It lives in the user's folder, as do the editor's settings and the journals of projects that were never saved.
 
 use std::{
     fs,

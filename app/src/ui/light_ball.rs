@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3};
 
 use super::{
     Editor,
-    light_map::{disc_radius, hue},
+    light_place::{disc_radius, hue},
     theme,
     viewport::Gesture,
 };

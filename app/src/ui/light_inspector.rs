@@ -6,7 +6,8 @@ use glam::Vec3;
 
 use super::{
     Command, Editor,
-    light_map::{BANDWIDTHS, USUAL_BANDWIDTH, change, direction_at, hue, place_of, widen},
+    light_grab::change,
+    light_place::{BANDWIDTHS, USUAL_BANDWIDTH, direction_at, hue, place_of, widen},
 };
 use crate::document::{HandLight, LightId, ListedLight};
 

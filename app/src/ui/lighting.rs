@@ -43,6 +43,11 @@ impl Editor {
         Some(self.lighting.as_ref()?.exposed(light))
     }
 
+    /// How often an environment was read and, where it is a map, fitted: turning, exposing, tinting and edits by hand do not count.
+    pub fn fits_started(&self) -> u64 {
+        self.light_tab.fits_started
+    }
+
     /// Every light of the environment, hand-made ones first.
     pub(super) fn listed_lights(&self) -> Vec<ListedLight> {
         match (&self.document, &self.lighting) {
@@ -157,6 +162,7 @@ impl Editor {
             Ok(Fitted { lighting, panorama })
         };
         let context = self.context.clone();
+        self.light_tab.fits_started += 1;
         self.fitting = Some(Job::start("Fitting lights", &context, load));
     }
 

@@ -3,7 +3,7 @@
 use balayage_render::light::{PRESETS, Picture};
 use egui::{Context, Slider, TextureHandle, TextureOptions, TextureWrapMode, Ui};
 
-use super::{Command, Editor, job::Job, light_map::Grab, sequence::Playing};
+use super::{Command, Editor, job::Job, light_grab::Grab, sequence::Playing};
 use crate::document::{Edit, Environment, FitReport, LightId, LightSettings};
 
 /// Hair error that a target starts with, a fraction.
@@ -26,6 +26,8 @@ pub(super) struct LightTab {
     pub(super) playing: Option<Playing>,
     /// The environment as a picture, unturned.
     pub(super) panorama: Option<TextureHandle>,
+    /// Fits that were started.
+    pub(super) fits_started: u64,
     report: Option<FitReport>,
     measuring: Option<Job<Option<FitReport>>>,
     /// A number of lights and a target error that are being dragged.

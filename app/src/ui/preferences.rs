@@ -16,12 +16,9 @@ impl Editor {
         self.follow_settings();
     }
 
-    /// Takes the user's own settings; where they cannot be read, this session goes without.
-    pub(super) fn use_settings_of_user(&mut self) {
-        let Some(file) = Settings::file_of_user() else {
-            return;
-        };
-        match Settings::read(&file) {
+    /// Takes the settings in the folder of the user's state; where they cannot be read, this session goes without.
+    pub fn use_settings_of_user(&mut self) {
+        match Settings::in_folder(self.state.folder()) {
             Ok(settings) => self.use_settings(settings),
             Err(problem) => self.complain(&problem),
         }

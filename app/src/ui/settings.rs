@@ -81,6 +81,14 @@ impl Settings {
         }
     }
 
+    /// The settings in `settings.json` of a folder, the user's own for instance ([`crate::document::UserState::folder`]).
+    ///
+    /// # Errors
+    /// As [`Settings::read`].
+    pub fn in_folder(folder: &Path) -> Result<Self, Problem> {
+        Self::read(&folder.join("settings.json"))
+    }
+
     /// The settings in `file`; a missing one is a first start.
     ///
     /// # Errors
@@ -96,26 +104,6 @@ impl Settings {
             file: Some(file.to_owned()),
             values,
         })
-    }
-
-    /// The user's settings file: `settings.json` in `$BALAYAGE_CONFIG`, or where the system keeps such files.
-    pub fn file_of_user() -> Option<PathBuf> {
-        let variable = |name: &str| {
-            let value = std::env::var_os(name).filter(|value| !value.is_empty());
-            value.map(PathBuf::from)
-        };
-        let of_system = || {
-            if cfg!(windows) {
-                Some(variable("APPDATA")?.join("Balayage"))
-            } else if cfg!(target_os = "macos") {
-                Some(variable("HOME")?.join("Library/Application Support/Balayage"))
-            } else {
-                let home = || Some(variable("HOME")?.join(".config"));
-                Some(variable("XDG_CONFIG_HOME").or_else(home)?.join("balayage"))
-            }
-        };
-        let folder = variable("BALAYAGE_CONFIG").or_else(of_system)?;
-        Some(folder.join("settings.json"))
     }
 
     /// What is set.

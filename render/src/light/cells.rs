@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::bands::bands;
 use super::{EnvironmentMap, luminance};
 
 /// Energy that comes from one cell of a latitude-longitude grid.
@@ -19,8 +20,13 @@ pub(super) struct Cell {
 /// Sums the pixels of a map into `rows` rows of cells, `2 * rows` at the equator and fewer towards the poles so that all are about
 /// square, and leaves out the black ones.
 ///
-/// Energy per channel is kept exactly; the map must have at least `2 * rows` by `rows` pixels.
-pub(super) fn cells(map: &EnvironmentMap, rows: usize) -> Vec<Cell> {
+/// Energy per channel is kept exactly; the map must have at least `2 * rows` by `rows` pixels. `go_on` is asked before every band of
+/// rows and ends the work with an error.
+pub(super) fn cells<E>(
+    map: &EnvironmentMap,
+    rows: usize,
+    go_on: impl Fn() -> Result<(), E>,
+) -> Result<Vec<Cell>, E> {
     let (sin, cos): (Vec<f64>, Vec<f64>) = (0..map.width)
         .map(|x| (std::f64::consts::TAU * (x as f64 + 0.5) / map.width as f64).sin_cos())
         .unzip();
@@ -54,8 +60,13 @@ pub(super) fn cells(map: &EnvironmentMap, rows: usize) -> Vec<Cell> {
         cells.retain(|cell| cell.mass > 0.0);
         cells
     };
-    let rows: Vec<Vec<Cell>> = (0..rows).into_par_iter().map(cell_row).collect();
-    rows.concat()
+    let mut cells = Vec::new();
+    for band in bands(rows, map.width * map.height.div_ceil(rows)) {
+        go_on()?;
+        let of_band: Vec<Vec<Cell>> = band.into_par_iter().map(cell_row).collect();
+        cells.extend(of_band.into_iter().flatten());
+    }
+    Ok(cells)
 }
 
 /// The radiance of a map whose pixels are all alike, within the rounding of RGBE.

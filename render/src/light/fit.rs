@@ -7,6 +7,7 @@ use glam::Vec3;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
+use super::bands::bands;
 use super::cells::{cells, uniform_radiance};
 use super::mixture::{self, Lobe};
 use super::refine::{Effort, Work, refine};
@@ -121,11 +122,11 @@ pub fn fit(map: &EnvironmentMap, settings: &FitSettings, progress: Progress) -> 
     let seconds = start.elapsed().as_secs_f64();
 
     let probe =
-        HairProbe::with_progress(map, HairKernel::default(), &share(0.4, 0.7)).ok_or(FitError::Cancelled)?;
+        HairProbe::with_progress(map, HairKernel::default(), &share(0.4, 0.65)).ok_or(FitError::Cancelled)?;
     let hair_error = probe
-        .error_with_progress(&lights, &share(0.7, 1.0))
+        .error_with_progress(&lights, &share(0.65, 0.9))
         .ok_or(FitError::Cancelled)?;
-    Ok(reported(map, lights, hair_error, seconds))
+    reported(map, lights, hair_error, seconds, &share(0.9, 1.0))
 }
 
 /// Counts that [`fit_to_error`] tries.
@@ -167,7 +168,7 @@ pub fn fit_to_error(
             .error_with_progress(&lights, &share(0.5 * (done + end), end))
             .ok_or(FitError::Cancelled)?;
         if hair_error <= target || count == most {
-            return Ok(reported(map, lights, hair_error, seconds));
+            return reported(map, lights, hair_error, seconds, &share(end, 1.0));
         }
         done = end;
     }
@@ -175,8 +176,14 @@ pub fn fit_to_error(
 }
 
 /// The report of a fit whose hair error is known.
-fn reported(map: &EnvironmentMap, lights: LightSet, hair_error: f64, seconds: f64) -> Fit {
-    let relative_l2 = relative_l2(map, &lights);
+fn reported(
+    map: &EnvironmentMap,
+    lights: LightSet,
+    hair_error: f64,
+    seconds: f64,
+    progress: Progress,
+) -> Result<Fit, FitError> {
+    let relative_l2 = relative_l2(map, &lights, progress).ok_or(FitError::Cancelled)?;
     let (fitted, wanted) = (lights.energy().to_array(), map.energy().to_array());
     let energy_error = std::array::from_fn(|c| {
         if fitted[c] == wanted[c] {
@@ -185,13 +192,13 @@ fn reported(map: &EnvironmentMap, lights: LightSet, hair_error: f64, seconds: f6
             fitted[c] / wanted[c] - 1.0
         }
     });
-    Fit {
+    Ok(Fit {
         lights,
         hair_error,
         relative_l2,
         energy_error,
         seconds,
-    }
+    })
 }
 
 /// Fits lights to a map without the report, which takes longer than the fit: what an animated environment calls per step, from the
@@ -231,7 +238,8 @@ pub fn fit_counted(
     };
     go_on(0.0)?;
     let map = map.at_least(2 * ROWS[1], ROWS[1]);
-    let [coarse, fine] = ROWS.map(|rows| cells(&map, rows));
+    let coarse = cells(&map, ROWS[0], || go_on(0.0))?;
+    let fine = cells(&map, ROWS[1], || go_on(0.0))?;
 
     let warm = settings
         .from
@@ -241,6 +249,12 @@ pub fn fit_counted(
         (WARM_STEPS, WARM_REFINEMENT)
     } else {
         (COLD_STEPS, COLD_REFINEMENT)
+    };
+    // What smooth hair sees costs several times more: a step of a sequence goes without.
+    let sights: &[Sight] = match (settings.objective, &warm) {
+        (Objective::Relative, None) => &[Sight::HAIR, Sight::SMOOTH_HAIR],
+        (Objective::Relative, Some(_)) => &[Sight::HAIR],
+        (Objective::L2, _) => &[Sight::L2],
     };
     let mut random = Pcg64Mcg::seed_from_u64(settings.seed);
     let narrowest = BANDWIDTHS
@@ -261,13 +275,9 @@ pub fn fit_counted(
         }
     }
 
-    let sight = match settings.objective {
-        Objective::Relative => Sight::HAIR,
-        Objective::L2 => Sight::L2,
-    };
     go_on(0.1)?;
     let mut work = Work::default();
-    if let Some(target) = Target::new(&fine, sight) {
+    if let Some(target) = Target::new(&fine, sights) {
         (lobes, work) = refine(&target, lobes, range, refinement, |done| go_on(0.1 + 0.9 * done))?;
     }
     Ok((light_set(&lobes), work))
@@ -319,22 +329,22 @@ fn light_set(lobes: &[Lobe]) -> LightSet {
     }
 }
 
-/// Root of the integral of the squared difference between lights and map over that of the squared map; 0 where both are black.
-fn relative_l2(map: &EnvironmentMap, lights: &LightSet) -> f64 {
+/// Root of the integral of the squared difference between lights and map over that of the squared map; 0 where both are black, none
+/// where `progress` cancels.
+fn relative_l2(map: &EnvironmentMap, lights: &LightSet, progress: Progress) -> Option<f64> {
     let (mut difference, mut norm) = (0.0, 0.0);
-    for (index, (fitted, wanted)) in lights
-        .pixels(map.width, map.height)
-        .iter()
-        .zip(&map.pixels)
-        .enumerate()
-    {
-        let solid_angle = map.pixel_solid_angle(index / map.width);
-        difference += (fitted.as_dvec3() - wanted.as_dvec3()).length_squared() * solid_angle;
-        norm += wanted.as_dvec3().length_squared() * solid_angle;
+    for rows in bands(map.height, map.width * lights.lights.len()) {
+        progress(rows.start as f64 / map.height as f64).continue_value()?;
+        let fitted = map.grid_rows(rows.clone(), |w| lights.radiance(w));
+        for (index, fitted) in (rows.start * map.width..).zip(&fitted) {
+            let (wanted, solid_angle) = (map.pixels[index], map.pixel_solid_angle(index / map.width));
+            difference += (fitted.as_dvec3() - wanted.as_dvec3()).length_squared() * solid_angle;
+            norm += wanted.as_dvec3().length_squared() * solid_angle;
+        }
     }
-    if difference == 0.0 {
+    Some(if difference == 0.0 {
         0.0
     } else {
         (difference / norm).sqrt()
-    }
+    })
 }

@@ -5,26 +5,29 @@
 
 use std::borrow::Cow;
 use std::f32::consts::{FRAC_PI_2, PI};
+use std::ops::{ControlFlow, Range};
 
 use glam::{DVec3, Vec3};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
+use super::bands::bands;
 use super::fit::Progress;
 use super::{EnvironmentMap, LightSet};
 
 /// Fibres of [`HairKernel::default`].
 const FIBRES: usize = 500;
 
-/// Fibres between two calls of a progress callback: some hundredths of a second on a map of 512 x 256.
-const FIBRES_PER_REPORT: usize = 16;
-
 /// Entries of a kernel table; linear interpolation then errs by 1e-6 of the peak.
 const TABLE: usize = 4096;
 
 /// Maps below this size are divided, so that the sum over pixels is an integral.
 const LEAST_ROWS: usize = 64;
+
+/// Maps wider than this are averaged down by a whole factor: their pixels are far finer than any lobe (0.35 degrees), and there are
+/// millions of them for each of hundreds of fibres.
+const MOST_COLUMNS: usize = 1024;
 
 /// The kernel normal(theta_h; 0, longitudinal) (cos(phi/2)/4 + normal(pi - |phi|; azimuthal)) cos theta_i and its fibres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,23 +76,29 @@ struct Fibre {
     longitudinal: Vec<f32>,
 }
 
+/// Always goes on.
+const GO_ON: Progress<'static> = &|_| ControlFlow::Continue(());
+
 impl<'a> HairProbe<'a> {
     /// Integrates the kernel over the map for every fibre.
     pub fn new(map: &'a EnvironmentMap, kernel: HairKernel) -> Self {
-        let mut probe = Self::unlit(map, kernel);
-        probe.radiance = probe.integrate_all(&probe.map.pixels);
-        probe
+        Self::with_progress(map, kernel, GO_ON).expect("nothing cancels")
     }
 
     /// As [`HairProbe::new`]; none where `progress` cancels.
     pub fn with_progress(map: &'a EnvironmentMap, kernel: HairKernel, progress: Progress) -> Option<Self> {
-        let mut probe = Self::unlit(map, kernel);
-        probe.radiance = probe.integrate(&probe.map.pixels, progress)?;
+        let share = |done: f64| progress(0.2 * done);
+        let mut probe = Self::unlit(map.averaged(MOST_COLUMNS, &share)?, kernel);
+        let map = &probe.map;
+        probe.radiance = probe.integrate(
+            |rows| Cow::Borrowed(&map.pixels[rows.start * map.width..rows.end * map.width]),
+            &|done| progress(0.2 + 0.8 * done),
+        )?;
         Some(probe)
     }
 
     /// The fibres and the tables of their kernels.
-    fn unlit(map: &'a EnvironmentMap, kernel: HairKernel) -> Self {
+    fn unlit(map: Cow<'a, EnvironmentMap>, kernel: HairKernel) -> Self {
         let mut random = Pcg64Mcg::seed_from_u64(kernel.seed);
         let sigma = kernel.longitudinal_deg.to_radians();
         let fibres = (0..kernel.fibres)
@@ -106,7 +115,10 @@ impl<'a> HairProbe<'a> {
             let cos_half = index as f32 / (TABLE - 1) as f32;
             cos_half / 4.0 + normal(2.0 * cos_half.asin(), sigma)
         };
-        let map = map.at_least(2 * LEAST_ROWS, LEAST_ROWS);
+        let map = match map {
+            Cow::Borrowed(map) => map.at_least(2 * LEAST_ROWS, LEAST_ROWS),
+            averaged => averaged,
+        };
         let azimuth = |x: usize| (2.0 * PI * (x as f32 + 0.5) / map.width as f32).sin_cos();
         let azimuth = (0..map.width).map(azimuth).collect();
         Self {
@@ -125,16 +137,12 @@ impl<'a> HairProbe<'a> {
 
     /// As [`HairProbe::error`] for any radiance over unit directions, also one that dips below zero.
     pub fn error_of(&self, radiance: impl Fn(Vec3) -> Vec3 + Sync) -> f64 {
-        let map = &self.map;
-        let pixel = |index: usize| radiance(map.direction(index % map.width, index / map.width).as_vec3());
-        let pixels: Vec<Vec3> = (0..map.pixels.len()).into_par_iter().map(pixel).collect();
-        self.rms(&self.integrate_all(&pixels))
+        self.rms(&self.under(radiance, GO_ON).expect("nothing cancels"))
     }
 
     /// As [`HairProbe::error`]; none where `progress` cancels.
     pub fn error_with_progress(&self, lights: &LightSet, progress: Progress) -> Option<f64> {
-        let fitted = self.integrate(&lights.pixels(self.map.width, self.map.height), progress)?;
-        Some(self.rms(&fitted))
+        Some(self.rms(&self.under(|w| lights.radiance(w), progress)?))
     }
 
     /// RMS over the fibres of the relative difference from the map's radiance.
@@ -158,7 +166,8 @@ impl<'a> HairProbe<'a> {
 
     /// Radiance of every fibre under the lights, rgb, in an order that the kernel's seed fixes.
     pub fn radiance(&self, lights: &LightSet) -> Vec<DVec3> {
-        self.integrate_all(&lights.pixels(self.map.width, self.map.height))
+        self.under(|w| lights.radiance(w), GO_ON)
+            .expect("nothing cancels")
     }
 
     /// Radiance of every fibre under the map, rgb.
@@ -166,33 +175,33 @@ impl<'a> HairProbe<'a> {
         &self.radiance
     }
 
-    /// Sums pixel times kernel times solid angle for every fibre.
-    fn integrate_all(&self, pixels: &[Vec3]) -> Vec<DVec3> {
-        self.fibres
-            .par_iter()
-            .map(|fibre| self.integrate_one(pixels, fibre))
-            .collect()
+    /// Radiance of every fibre under any radiance over unit directions; none where `progress` cancels.
+    fn under(&self, radiance: impl Fn(Vec3) -> Vec3 + Sync, progress: Progress) -> Option<Vec<DVec3>> {
+        self.integrate(|rows| Cow::Owned(self.map.grid_rows(rows, &radiance)), progress)
     }
 
-    /// As [`Self::integrate_all`], a few fibres at a time; none where `progress` cancels.
-    fn integrate(&self, pixels: &[Vec3], progress: Progress) -> Option<Vec<DVec3>> {
-        let mut radiance = Vec::with_capacity(self.fibres.len());
-        for few in self.fibres.chunks(FIBRES_PER_REPORT) {
-            progress(radiance.len() as f64 / self.fibres.len() as f64).continue_value()?;
-            let part: Vec<DVec3> = few
-                .par_iter()
-                .map(|fibre| self.integrate_one(pixels, fibre))
-                .collect();
-            radiance.extend(part);
-        }
-        Some(radiance)
-    }
-
-    /// Sums pixel times kernel times solid angle for one fibre.
-    fn integrate_one(&self, pixels: &[Vec3], fibre: &Fibre) -> DVec3 {
+    /// Sums pixel times kernel times solid angle for every fibre, some rows at a time, whose pixels `pixels_of` gives.
+    fn integrate<'p>(
+        &self,
+        pixels_of: impl Fn(Range<usize>) -> Cow<'p, [Vec3]>,
+        progress: Progress,
+    ) -> Option<Vec<DVec3>> {
         let map = &self.map;
-        let mut sum = DVec3::ZERO;
-        for (y, row) in pixels.chunks(map.width).enumerate() {
+        let mut sums = vec![DVec3::ZERO; self.fibres.len()];
+        for rows in bands(map.height, map.width * self.fibres.len()) {
+            progress(rows.start as f64 / map.height as f64).continue_value()?;
+            let pixels = pixels_of(rows.clone());
+            sums.par_iter_mut()
+                .zip(&self.fibres)
+                .for_each(|(sum, fibre)| *sum = self.add_rows(*sum, &pixels, rows.start, fibre));
+        }
+        Some(sums)
+    }
+
+    /// Adds pixel times kernel times solid angle of one fibre, from row `first` on.
+    fn add_rows(&self, mut sum: DVec3, pixels: &[Vec3], first: usize, fibre: &Fibre) -> DVec3 {
+        let map = &self.map;
+        for (y, row) in (first..).zip(pixels.chunks(map.width)) {
             let (sin_theta, cos_theta) = (PI * (y as f32 + 0.5) / map.height as f32).sin_cos();
             let mut row_sum = Vec3::ZERO;
             for (pixel, (sin_phi, cos_phi)) in row.iter().zip(&self.azimuth) {
@@ -232,23 +241,6 @@ impl Fibre {
             cos_theta_o: theta_o.cos(),
             longitudinal,
         }
-    }
-}
-
-impl LightSet {
-    /// The lights' radiance at the pixel centres of a map of the given size, row after row.
-    pub(super) fn pixels(&self, width: usize, height: usize) -> Vec<Vec3> {
-        let grid = EnvironmentMap {
-            width,
-            height,
-            pixels: Vec::new(),
-        };
-        let row = |y: usize| {
-            (0..width)
-                .map(|x| self.radiance(grid.direction(x, y).as_vec3()))
-                .collect::<Vec<Vec3>>()
-        };
-        (0..height).into_par_iter().flat_map_iter(row).collect()
     }
 }
 
@@ -326,7 +318,7 @@ mod tests {
                 fibres: 50,
                 ..HairKernel::default()
             };
-            let probe = HairProbe::unlit(&map, kernel);
+            let probe = HairProbe::unlit(Cow::Borrowed(&map), kernel);
             for fibre in &probe.fibres {
                 let w = uniform_direction(&mut random);
                 let (table, exact) = (f64::from(probe.kernel(fibre, w)), exact(kernel, fibre, w));

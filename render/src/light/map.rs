@@ -2,11 +2,15 @@
 
 use std::borrow::Cow;
 use std::f64::consts::PI;
+use std::ops::Range;
 use std::path::Path;
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
+use super::bands::bands;
 use super::error::Refusal;
+use super::fit::Progress;
 use super::{EnvironmentMap, InputError, open_exr, radiance_hdr};
 
 /// Most pixels a map may have: 8192 x 4096.
@@ -181,6 +185,50 @@ impl EnvironmentMap {
             height,
             pixels: (0..width * height).map(pixel).collect(),
         })
+    }
+
+    /// The map itself, or one of at most `widest` columns whose pixels are means over as many whole ones each, so that its energy is
+    /// the same; a map that no whole factor divides stays as it is. None where `progress` cancels.
+    pub(super) fn averaged(&self, widest: usize, progress: Progress) -> Option<Cow<'_, Self>> {
+        let divides = |factor: &usize| {
+            self.width.is_multiple_of(*factor)
+                && self.height.is_multiple_of(*factor)
+                && self.width / factor <= widest
+        };
+        let Some(factor) = (1..=self.height).find(divides).filter(|factor| *factor > 1) else {
+            return Some(Cow::Borrowed(self));
+        };
+        let mut map = Self {
+            width: self.width / factor,
+            height: self.height / factor,
+            pixels: Vec::with_capacity(self.pixels.len() / (factor * factor)),
+        };
+        for rows in bands(map.height, self.width * factor) {
+            progress(rows.start as f64 / map.height as f64).continue_value()?;
+            let mean = |(x, y): (usize, usize)| {
+                let row = |row: usize| {
+                    let pixels = &self.pixels[row * self.width + x * factor..][..factor];
+                    pixels.iter().map(|pixel| pixel.as_dvec3()).sum::<DVec3>() * self.pixel_solid_angle(row)
+                };
+                let energy: DVec3 = (y * factor..(y + 1) * factor).map(row).sum();
+                (energy / map.pixel_solid_angle(y)).as_vec3()
+            };
+            let places: Vec<(usize, usize)> =
+                rows.flat_map(|y| (0..map.width).map(move |x| (x, y))).collect();
+            let pixels: Vec<Vec3> = places.into_par_iter().map(mean).collect();
+            map.pixels.extend(pixels);
+        }
+        Some(Cow::Owned(map))
+    }
+
+    /// Radiance at the pixel centres of some rows, row after row.
+    pub(super) fn grid_rows(&self, rows: Range<usize>, radiance: impl Fn(Vec3) -> Vec3 + Sync) -> Vec<Vec3> {
+        let row = |y: usize| -> Vec<Vec3> {
+            (0..self.width)
+                .map(|x| radiance(self.direction(x, y).as_vec3()))
+                .collect()
+        };
+        rows.into_par_iter().flat_map_iter(row).collect()
     }
 
     /// Unit direction of the centre of the pixel in column `x` and row `y`.

@@ -8,6 +8,7 @@
 //! residual through `products`); the [`frames()`] of a sequence are fitted each from the lights of the one before. [`HairProbe`] says
 //! what hair will see of the difference, and [`preview()`] what an eye will.
 
+mod bands;
 mod cells;
 mod error;
 mod fit;

@@ -28,7 +28,7 @@ pub struct Picture {
 pub fn preview(map: &EnvironmentMap, lights: &LightSet) -> Picture {
     let map = shrunk(map, PANEL_WIDTH);
     let (width, rows) = (map.width, map.height);
-    let fitted = lights.pixels(width, rows);
+    let fitted = map.grid_rows(0..rows, |w| lights.radiance(w));
     let exposure = middle_grey(&map);
 
     let panels: [Box<dyn Fn(usize) -> Vec3>; 3] = [

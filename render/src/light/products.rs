@@ -36,6 +36,11 @@ impl Blurred {
         }
     }
 
+    /// All of `lobes` through a blur.
+    pub fn all(lobes: &[Lobe], blur: f64) -> Vec<Self> {
+        lobes.iter().map(|lobe| Self::new(lobe, blur)).collect()
+    }
+
     /// Values at the points of a patch, times `weights`; none where they are negligible.
     pub fn values(&self, patch: &Patch, weights: &[f32]) -> Option<[f32; PATCH]> {
         let (direction, kappa) = (self.direction.as_vec3(), self.kappa as f32);
@@ -98,17 +103,23 @@ struct Seen {
 /// The values of all lobes at all points.
 pub(super) struct Values<'a> {
     target: &'a Target,
-    blurred: Vec<Blurred>,
+    count: usize,
+    /// The lobes through the blur of every sight.
+    blurred: Vec<Vec<Blurred>>,
     patches: Vec<Seen>,
 }
 
 impl<'a> Values<'a> {
     /// Evaluates the lobes wherever they are not negligible.
     pub fn new(target: &'a Target, lobes: &[Lobe]) -> Self {
-        let blurred: Vec<Blurred> = lobes.iter().map(|lobe| Blurred::new(lobe, target.blur)).collect();
+        let blurred: Vec<Vec<Blurred>> = target
+            .blurs
+            .iter()
+            .map(|blur| Blurred::all(lobes, *blur))
+            .collect();
         let see = |(index, patch): (usize, &Patch)| {
             let weights = &target.weights[index * PATCH..][..PATCH];
-            let (lobes, values): (Vec<usize>, Vec<[f32; PATCH]>) = blurred
+            let (lobes, values): (Vec<usize>, Vec<[f32; PATCH]>) = blurred[patch.sight]
                 .iter()
                 .enumerate()
                 .filter_map(|(k, lobe)| lobe.values(patch, weights).map(|values| (k, values)))
@@ -123,6 +134,7 @@ impl<'a> Values<'a> {
         let patches = target.patches.par_iter().enumerate().map(see).collect();
         Self {
             target,
+            count: lobes.len(),
             blurred,
             patches,
         }
@@ -138,7 +150,7 @@ impl<'a> Values<'a> {
         let parts: Vec<_> = self.patches.par_iter().enumerate().map(part).collect();
 
         // Patches are added one after the other, so that sums do not depend on the number of threads.
-        let count = self.blurred.len();
+        let count = self.count;
         let mut sum = Products {
             zz: DMatrix::zeros(count, count),
             zy: DMatrix::zeros(count, 3),
@@ -164,7 +176,7 @@ impl<'a> Values<'a> {
         };
         let parts: Vec<_> = self.patches.par_iter().enumerate().map(part).collect();
 
-        let count = self.blurred.len();
+        let count = self.count;
         let mut sum = Slopes {
             dd: DMatrix::zeros(MOVES * count, MOVES * count),
             dz: DMatrix::zeros(MOVES * count, count),
@@ -188,7 +200,7 @@ impl<'a> Values<'a> {
         let patch = &self.target.patches[index];
         let mut moves = std::array::from_fn(|_| seen.values.clone());
         for (column, k) in seen.lobes.iter().enumerate() {
-            let lobe = &self.blurred[*k];
+            let lobe = &self.blurred[patch.sight][*k];
             for (of_move, factors) in moves.iter_mut().zip(lobe.factors(patch)) {
                 for (value, factor) in of_move.column_mut(column).iter_mut().zip(factors) {
                     *value *= f64::from(factor);

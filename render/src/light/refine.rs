@@ -1,8 +1,7 @@
 //! Refinement of lobes: variable projection (Golub and Pereyra 1973, with Kaufman's derivative) in a Levenberg-Marquardt loop.
 //!
-//! What is minimised is the difference between lights and map, both blurred by an SRBF of 0.2 radians and relative to the local
-//! brightness: hair sees light through lobes at least that wide and is judged relative to its own radiance. Energies are the
-//! solution of a non-negative linear problem at every step; centres and concentrations are what the loop moves.
+//! What is minimised is the difference between lights and map, both blurred as hair's lobes blur them (see `sight`) and relative to
+//! the local brightness: hair is judged relative to its own radiance. Energies are the solution of a non-negative linear problem at every step; centres and concentrations are what the loop moves.
 
 use std::cell::Cell;
 
@@ -126,9 +125,9 @@ pub(super) struct Effort {
 }
 
 impl Effort {
-    /// Calls of `on_step` in a round.
+    /// Most calls of `on_step` in a round: a step has derivatives and an evaluation, a swap a birth and an evaluation.
     fn steps(&self) -> usize {
-        self.before + self.swaps * (1 + self.per_swap) + self.after
+        2 * (self.before + self.swaps * (1 + self.per_swap) + self.after)
     }
 }
 
@@ -148,7 +147,7 @@ pub struct Work {
 
 /// Moves centres, concentrations and energies towards the least blurred relative residual; now and then the lobe that matters
 /// least is put where the residual is largest, and stays there if that pays. `on_step` is told the share done and ends the work
-/// with an error; between two calls is at most one evaluation and one of derivatives, or one birth.
+/// with an error; between two calls is one evaluation, one of derivatives or one birth.
 pub(super) fn refine<E>(
     target: &Target,
     lobes: Vec<Lobe>,
@@ -196,6 +195,7 @@ impl<'a, E, F: Fn() -> Result<(), E>> Refinement<'a, F> {
             (self.on_step)()?;
             self.work.births += 1;
             let lobes = swapped(self.target, &state);
+            (self.on_step)()?;
             let swapped = self.evaluated(lobes);
             let swapped = self.descend(swapped, effort.per_swap)?;
             if swapped.cost < state.cost {
@@ -207,14 +207,15 @@ impl<'a, E, F: Fn() -> Result<(), E>> Refinement<'a, F> {
 
     /// Steps of Levenberg-Marquardt.
     fn descend(&mut self, mut state: State<'a>, steps: usize) -> Result<State<'a>, E> {
+        let finest = self.target.blurs.iter().copied().fold(f64::INFINITY, f64::min);
         let mut damping = 1e-2;
         let mut equations = None;
         for _ in 0..steps {
-            (self.on_step)()?;
-            let (matrix, gradient) = equations.get_or_insert_with(|| {
+            if equations.is_none() {
+                (self.on_step)()?;
                 self.work.derivatives += 1;
-                state.normal_equations()
-            });
+            }
+            let (matrix, gradient) = equations.get_or_insert_with(|| state.normal_equations());
             let mut matrix = matrix.clone();
             let least = 1e-12 * matrix.diagonal().amax();
             for p in 0..gradient.len() {
@@ -225,7 +226,8 @@ impl<'a, E, F: Fn() -> Result<(), E>> Refinement<'a, F> {
                 continue;
             };
             let step = -factor.solve(gradient);
-            let next = self.evaluated(moved(&state.lobes, &step, self.target.blur, self.range));
+            (self.on_step)()?;
+            let next = self.evaluated(moved(&state.lobes, &step, finest, self.range));
             if next.cost < state.cost {
                 state = next;
                 equations = None;
@@ -262,11 +264,16 @@ fn swapped(target: &Target, state: &State) -> Vec<Lobe> {
         mass: 1.0,
     };
     let gain = |x: &DVec3| {
-        let lobe = Blurred::new(&born(*x), target.blur);
+        let lobe = born(*x);
+        let lobes: Vec<Blurred> = target
+            .blurs
+            .iter()
+            .map(|blur| Blurred::new(&lobe, *blur))
+            .collect();
         let (mut correlation, mut norm) = (Vec3::ZERO, 0.0);
         for (index, patch) in target.patches.iter().enumerate() {
             let points = index * PATCH..(index + 1) * PATCH;
-            let Some(values) = lobe.values(patch, &target.weights[points.clone()]) else {
+            let Some(values) = lobes[patch.sight].values(patch, &target.weights[points.clone()]) else {
                 continue;
             };
             for (value, residual) in values.iter().zip(&residual[points]) {
@@ -276,7 +283,8 @@ fn swapped(target: &Target, state: &State) -> Vec<Lobe> {
         }
         f64::from(correlation.max(Vec3::ZERO).length_squared() / norm)
     };
-    let candidates: Vec<DVec3> = target.patches.iter().flat_map(candidates).collect();
+    let first_sight = target.patches.iter().filter(|patch| patch.sight == 0);
+    let candidates: Vec<DVec3> = first_sight.flat_map(candidates).collect();
     let gains: Vec<f64> = candidates.par_iter().map(gain).collect();
     let best = (0..gains.len())
         .max_by(|i, j| gains[*i].total_cmp(&gains[*j]))
@@ -300,15 +308,13 @@ fn candidates(patch: &Patch) -> impl Iterator<Item = DVec3> {
 impl Target {
     /// Weighted difference of map and lobes at the points, rgb.
     fn residual(&self, lobes: &[Lobe]) -> Vec<Vec3> {
-        let blurred: Vec<(Blurred, Vec3)> = lobes
-            .iter()
-            .map(|lobe| (Blurred::new(lobe, self.blur), lobe.energy.as_vec3()))
-            .collect();
+        let blurred: Vec<Vec<Blurred>> = self.blurs.iter().map(|blur| Blurred::all(lobes, *blur)).collect();
+        let energies: Vec<Vec3> = lobes.iter().map(|lobe| lobe.energy.as_vec3()).collect();
         let at = |(index, patch): (usize, &Patch)| {
             let points = index * PATCH..(index + 1) * PATCH;
             let wanted = |i: usize| DVec3::from_array(std::array::from_fn(|c| self.values[(i, c)])).as_vec3();
             let mut residual: Vec<Vec3> = points.clone().map(wanted).collect();
-            for (lobe, energy) in &blurred {
+            for (lobe, energy) in blurred[patch.sight].iter().zip(&energies) {
                 let values = lobe.values(patch, &self.weights[points.clone()]);
                 for (residual, value) in residual.iter_mut().zip(values.iter().flatten()) {
                     *residual -= *energy * *value;

@@ -26,8 +26,9 @@ const BROAD: f64 = 1.5;
 /// A longitudinal lobe below this is nothing, also times a sun of 1e6.
 const NOTHING: f64 = 1e-16;
 const SEED: u64 = 2011;
-/// Least width of R of hair as it was measured, degrees (Marschner 2003, table 1).
-pub(super) const USUAL_DEG: f64 = 5.0;
+/// Widths of R of hair as it was measured and as it is painted unless a person wants otherwise, degrees (Marschner 2003, table 1); the
+/// random fibres go from 1.7 to 14.
+pub(super) const USUAL_DEG: std::ops::RangeInclusive<f64> = 5.0..=10.0;
 
 /// A map and the lights that were fitted to it.
 pub(super) struct Scene {
@@ -48,7 +49,7 @@ pub(super) struct Errors {
     pub overall: f64,
     /// Median of the product's relative difference.
     pub median: f64,
-    /// As `all`, of the fibres whose R is at least [`USUAL_DEG`] wide; narrower lobes tell neighbouring lights apart.
+    /// As `all`, of the fibres whose R is as wide as [`USUAL_DEG`]; narrower lobes tell neighbouring lights apart.
     pub usual: f64,
 }
 
@@ -114,7 +115,7 @@ pub(super) fn errors(
         let usual: Vec<f64> = strands
             .iter()
             .zip(&all)
-            .filter(|(strand, _)| strand.case.beta[0].to_degrees() >= USUAL_DEG)
+            .filter(|(strand, _)| USUAL_DEG.contains(&strand.case.beta[0].to_degrees()))
             .map(|(_, error)| *error)
             .collect();
         all.sort_by(f64::total_cmp);

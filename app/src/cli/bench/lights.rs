@@ -225,7 +225,7 @@ fn run_end_to_end(
             "of the fit alone",
             "of the scattering alone",
             "median",
-            "RMS of fibres with beta_R >= 5 degrees",
+            "RMS of fibres with beta_R of 5 to 10 degrees",
             "RMS error over RMS radiance",
         ],
     );
@@ -246,7 +246,8 @@ fn run_end_to_end(
         notes: vec![
             format!("device: {}", gpu.adapter_name),
             format!(
-                "{count} random fibres of circular hair and views, {} lights, standard quality, R + TT + TRT, rgb norm",
+                "{count} random fibres of circular hair (beta_R from 1.7 to 14 degrees) and views, {} lights, standard quality, R + TT + TRT, rgb \
+                 norm",
                 args.light_count
             ),
             "reference: the float64 scattering function integrated over every pixel; fit alone: the reference under the lights against \
