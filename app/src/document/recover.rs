@@ -191,10 +191,14 @@ pub fn recover(contents: &Contents, path: Option<&Path>, anyway: bool) -> Result
         is_needed: true,
     };
     for record in &contents.records[base.from..] {
-        let Record::Patch(patch) = record else { continue };
+        let (patch, continues) = match record {
+            Record::Patch(patch) => (patch, false),
+            Record::Continued(patch) => (patch, recovered.edits > 0),
+            _ => continue,
+        };
         let adds = patch.adds_operation();
         if patch.clone().apply(&mut project) {
-            recovered.edits += 1;
+            recovered.edits += usize::from(!continues);
             recovered.strokes += usize::from(adds);
         } else if anyway {
             recovered.skipped += 1;

@@ -5,7 +5,9 @@ use egui::{Color32, Modifiers, PointerButton, Pos2, Rect, Response, Role, Sense,
 use glam::Vec2;
 
 use super::{
-    Editor, theme,
+    Editor,
+    adjust::Adjusting,
+    theme,
     viewer::{Motion, ViewRequest},
 };
 use crate::{
@@ -29,6 +31,8 @@ pub(super) enum Gesture {
     },
     /// Changing radius and hardness of the brush.
     SizeBrush,
+    /// Changing one value of the brush by moving the pointer, no button held.
+    Adjust(Adjusting),
     /// A stroke; its path in points of the screen.
     Stroke(StrokePath),
     /// An outline is drawn; its path in points of the screen.
@@ -96,7 +100,7 @@ impl Editor {
             motion: match self.gesture {
                 Gesture::Stroke(_) => Motion::Painting,
                 Gesture::Lasso(_) => Motion::Still,
-                Gesture::None | Gesture::SizeBrush
+                Gesture::None | Gesture::SizeBrush | Gesture::Adjust(_)
                     if self.slider.is_none() && !self.is_playing() && !self.turns =>
                 {
                     Motion::Still
@@ -122,6 +126,9 @@ impl Editor {
         let height = rect.height().max(1.0);
         if response.hovered() && wheel != 0.0 {
             self.look(|camera| camera.zoom(0.004 * wheel));
+        }
+        if let Gesture::Adjust(adjusting) = self.gesture {
+            return self.continue_adjusting(ui, adjusting, Vec2::new(delta.x, delta.y), escape);
         }
         if escape {
             match self.gesture {
@@ -177,7 +184,7 @@ impl Editor {
                     self.gesture = Gesture::Lasso(path);
                 }
             }
-            Gesture::MoveLight { .. } | Gesture::TurnLight | Gesture::None => {}
+            Gesture::MoveLight { .. } | Gesture::TurnLight | Gesture::Adjust(_) | Gesture::None => {}
         }
         if !ui.input(|input| input.pointer.any_down()) {
             match (self.gesture, &mut self.document) {
@@ -206,6 +213,8 @@ impl Editor {
             (PointerButton::Middle, true) => {
                 if shift {
                     Gesture::Pan
+                } else if command {
+                    Gesture::Zoom
                 } else {
                     Gesture::Orbit
                 }
