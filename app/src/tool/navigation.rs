@@ -91,15 +91,14 @@ impl ViewCamera {
     /// Looks at the pivot from `side`, a unit vector from the pivot to the eye, at the same distance; from above and below the front
     /// of the hair is at the bottom of the picture, or at its top.
     pub fn face(&mut self, side: Vec3) {
-        // Short of the poles, as far as tilting goes: there "up" is where the horizon's is.
-        let limit = MAX_TILT_DEG.to_radians();
-        let back = if side.y.abs() > limit.sin() {
-            Vec3::new(0.0, side.y.signum() * limit.sin(), limit.cos())
-        } else {
-            side
-        };
+        let steep = side.y.abs() > MAX_TILT_DEG.to_radians().sin();
+        let back = if steep { Vec3::Z } else { side };
         let distance = self.camera.position().distance(self.pivot);
         self.camera = Camera::look_at(self.pivot + distance * back, self.pivot, self.camera.fov_y_rad);
+        if steep {
+            // As far up or down as tilting goes.
+            self.orbit(Vec2::new(0.0, side.y.signum()));
+        }
     }
 
     /// Pixels that a length at `depth` takes, for a viewport of `height` pixels.
