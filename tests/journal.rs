@@ -194,7 +194,9 @@ fn a_drag_is_one_edit() {
     assert_eq!(recovered(&document).unwrap().edits, 2);
     assert_eq!(document.history_labels().1, 2);
 
-    document.save_with(&path, SaveOptions::default(), |_| Ok(())).unwrap();
+    document
+        .save_with(&path, SaveOptions::default(), |_| Ok(()))
+        .unwrap();
     turn(&mut document, 21.0, true);
     turn(&mut document, 22.0, true);
     let found = recovered(&document).unwrap();

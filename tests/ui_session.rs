@@ -165,7 +165,7 @@ fn a_colourists_session() {
     history.check(&harness, "opening");
     assert!(document(&harness).project().operations.is_empty() && document(&harness).path().is_none());
     click(&mut harness, "Light");
-    choose(&mut harness, "Environment", "overcast");
+    choose(&mut harness, "Environment", "Overcast");
     history.edited(&harness, 1, "environment");
     slide(&mut harness, "Lights", 0.2);
     history.edited(&harness, 1, "number of lights");
@@ -283,7 +283,11 @@ fn a_colourists_session() {
     press(&mut harness, Modifiers::NONE, Key::Escape);
     rest(&mut harness);
     let again = picture(&mut harness);
-    assert!(again == shown, "another picture: {}", difference(&again, &shown, width));
+    assert!(
+        again == shown,
+        "another picture: {}",
+        difference(&again, &shown, width)
+    );
     let replayed = Document::open(&path, None).unwrap().document;
     assert!(bytemuck::cast_slice::<_, u32>(replayed.params()) == before_mask);
     assert_eq!(document(&harness).project().operations.len(), 5);
@@ -293,7 +297,15 @@ fn a_colourists_session() {
         let out = folder.path().join("out.png");
         let (project, out) = (project.to_str().unwrap(), out.to_str().unwrap());
         let size = format!("{}x{}", viewport.width() as u32, viewport.height() as u32);
-        let options = ["--samples", "1", "--visibility-rays", "16", "--background", "env", "--size"];
+        let options = [
+            "--samples",
+            "1",
+            "--visibility-rays",
+            "16",
+            "--background",
+            "env",
+            "--size",
+        ];
         let args = ["balayage", "render", project, "-o", out];
         let mut said = Vec::new();
         let args = args.into_iter().chain(options).chain([size.as_str()]);

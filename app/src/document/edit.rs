@@ -157,7 +157,11 @@ impl Document {
         };
         let mut step = step;
         let continues = may_continue && self.history.goes_on_with(&label, &step);
-        let record = if continues { Record::Continued } else { Record::Patch };
+        let record = if continues {
+            Record::Continued
+        } else {
+            Record::Patch
+        };
         let changes = self.swap_recorded(&mut step, record);
         if continues {
             self.history.renew_newest();

@@ -92,11 +92,7 @@ impl Document {
     }
 
     /// Exchanges what `step` holds with the document, and writes that down as a `record`.
-    pub(super) fn swap_recorded(
-        &mut self,
-        step: &mut Step,
-        record: fn(Patch) -> Record,
-    ) -> super::Changes {
+    pub(super) fn swap_recorded(&mut self, step: &mut Step, record: fn(Patch) -> Record) -> super::Changes {
         let inserted = match step {
             Step::Layers { detached, .. } if self.keeper.is_some() => detached.clone(),
             _ => Vec::new(),

@@ -251,6 +251,11 @@ impl Editor {
         self.shown.as_ref().map(|shown| shown.is_draft)
     }
 
+    /// The unpainted hair is shown.
+    pub fn shows_before(&self) -> bool {
+        self.shows_before
+    }
+
     /// Destroys the device that draws, as a driver or a pulled cable would.
     pub fn destroy_device(&mut self) {
         self.viewer.destroy_device();
@@ -396,7 +401,7 @@ impl eframe::App for Editor {
                 .default_size(104.0)
                 .show(ui, |ui| self.tool_bar(ui));
             Panel::right("dock")
-                .default_size(324.0)
+                .default_size(348.0)
                 .show(ui, |ui| self.right_dock(ui));
         }
         egui::CentralPanel::no_frame().show(ui, |ui| self.viewport(ui));

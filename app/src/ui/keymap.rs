@@ -70,9 +70,9 @@ impl Keymap {
 
     /// True while keys of `command` are down, with their modifiers and no others.
     pub(super) fn is_down(&self, command: Command, input: &egui::InputState) -> bool {
-        self.keys(command).iter().any(|keys| {
-            input.modifiers.matches_exact(keys.modifiers) && input.key_down(keys.logical_key)
-        })
+        self.keys(command)
+            .iter()
+            .any(|keys| input.modifiers.matches_exact(keys.modifiers) && input.key_down(keys.logical_key))
     }
 }
 

@@ -172,6 +172,7 @@ impl Editor {
             self.layers_panel(ui);
             ui.separator();
             ui.horizontal_wrapped(|ui| {
+                ui.spacing_mut().item_spacing.x = 2.0;
                 for (tab, name) in [
                     (Tab::Brush, "Brush"),
                     (Tab::Hair, "Hair"),

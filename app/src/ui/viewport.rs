@@ -147,7 +147,9 @@ impl Editor {
         ]
         .into_iter()
         .find(|button| {
-            response.is_pointer_button_down_on() && ui.input(|input| input.pointer.button_pressed(*button))
+            // A quick hand may press and release within one frame.
+            (response.is_pointer_button_down_on() || response.clicked_by(*button))
+                && ui.input(|input| input.pointer.button_pressed(*button))
         });
         if let Some(button) = pressed {
             let at = response.interact_pointer_pos();
