@@ -8,7 +8,7 @@ against its own long render, and the error is relative: root of the squared diff
 
 - of the means of 16 x 16 pixels, as `balayage bench picture` has it, whose reference is Balayage's path tracer: what the approximation
   leaves counts against Balayage there;
-- of single pixels, against Balayage with 256 exact shadow rays and 64 samples a pixel: what is left of noise and refinement.
+- of single pixels, against Balayage with many exact shadow rays and samples a pixel: what is left of noise and refinement.
 
 Mitsuba's error falls as one over the root of its samples: powers of two are timed, the time between two of them is interpolated.
 """
@@ -25,8 +25,10 @@ import numpy as np
 
 TILE = 16
 # Samples a pixel of Mitsuba's long render; the timed ones are independent of it (other seeds).
-LONG_SAMPLES = 1024
-TIMED_SAMPLES = [2**k for k in range(9)]
+LONG_SAMPLES = 512
+TIMED_SAMPLES = [2**k for k in range(8)]
+# Shadow rays per point and light, and samples a pixel, of Balayage's long render.
+LONG_RAYS, LONG_BALAYAGE_SAMPLES = 128, 32
 # Fibres on a path, as in Balayage's path tracer.
 MAX_DEPTH = 100
 
@@ -170,7 +172,7 @@ def main():
     parser.add_argument("project", type=Path)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--size", type=int, default=256, help="pixels a side")
-    parser.add_argument("--paths", type=int, default=128, help="paths a pixel of Balayage's path tracer")
+    parser.add_argument("--paths", type=int, default=64, help="paths a pixel of Balayage's path tracer")
     parser.add_argument("--variant", default="llvm_ad_rgb")
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
@@ -203,7 +205,8 @@ def main():
 
     traced = run(args.balayage, "bench", "picture", bare, "-o", folder / "traced", "--size", size, "--paths", args.paths)
     row = next(r for r in traced["tables"]["picture"] if r["light"] == "all" and r["shadows"] == "first frame")
-    run(args.balayage, *common, "-o", folder / "balayage-long.exr", "--reference-visibility", "--samples", 64)
+    long_options = ["--visibility-rays", LONG_RAYS, "--samples", LONG_BALAYAGE_SAMPLES]
+    run(args.balayage, *common, "-o", folder / "balayage-long.exr", *long_options)
     balayage_long = read(folder / "balayage-long.exr")
     traced_all = read(folder / "traced" / "all.exr")
     mi.util.write_bitmap(str(folder / "mitsuba-long.png"), mitsuba_long)
@@ -223,7 +226,7 @@ def main():
         "| error | reference of Balayage | Balayage's error | first picture, s | later view, s | Mitsuba to the same error, s |",
         "| --- | --- | --: | --: | --: | --: |",
         f"| tiles of 16 pixels | its path tracer | {tile_error:.3f} | {first:.2f} | {later:.2f} | {reached(by_tile, tile_error)} |",
-        f"| pixels | itself, 256 rays, 64 samples | {pixel_error:.3f} | {first:.2f} | {later:.2f} | {reached(by_pixel, pixel_error)} |",
+        f"| pixels | itself, {LONG_RAYS} rays, {LONG_BALAYAGE_SAMPLES} samples | {pixel_error:.3f} | {first:.2f} | {later:.2f} | {reached(by_pixel, pixel_error)} |",
         "",
         f"Mitsuba's errors against its own {LONG_SAMPLES} samples:",
         "",

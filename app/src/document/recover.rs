@@ -53,10 +53,8 @@ impl std::fmt::Display for Summary {
         let age = age_text(self.age);
         match &self.content {
             Ok((edits, strokes)) => {
-                write!(
-                    f,
-                    "{edits} edits ({strokes} strokes) that were not saved, the last one {age} ago"
-                )?;
+                let (edits, strokes) = (counted(*edits, "edit"), counted(*strokes, "stroke"));
+                write!(f, "{edits} ({strokes}) not yet saved, the last change {age} ago")?;
             }
             Err(problem) => write!(
                 f,
@@ -148,6 +146,11 @@ pub fn summary(contents: &Contents, project: Option<&Path>) -> Option<Summary> {
         content: recovered.map(|recovered| (recovered.edits, recovered.strokes)),
         torn_bytes: contents.torn_bytes,
     })
+}
+
+/// "1 edit", "2 edits".
+pub(super) fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 /// A project to start from.

@@ -172,7 +172,8 @@ impl Editor {
             self.layers_panel(ui);
             ui.separator();
             ui.horizontal_wrapped(|ui| {
-                ui.spacing_mut().item_spacing.x = 2.0;
+                let spacing = ui.spacing_mut();
+                (spacing.item_spacing.x, spacing.button_padding.x) = (2.0, 5.0);
                 for (tab, name) in [
                     (Tab::Brush, "Brush"),
                     (Tab::Hair, "Hair"),
