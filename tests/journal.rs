@@ -168,6 +168,42 @@ fn every_kind_of_change_is_recovered() {
     assert!(document.take_journal_problem().is_none());
 }
 
+/// A drag counts as one edit however many moments of it were written, also across a save; another drag is another edit.
+#[test]
+fn a_drag_is_one_edit() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut document, _) = document(folder.path());
+    let path = document.path().unwrap().to_owned();
+    let turn = |document: &mut Document, degrees: f32, continues: bool| {
+        let mut light = document.project().light.clone();
+        light.rotation_deg = degrees;
+        let edit = Edit::SetLight(light);
+        let done = if continues {
+            document.apply_continuing(edit)
+        } else {
+            document.apply(edit)
+        };
+        done.unwrap();
+    };
+    for step in 0..10 {
+        turn(&mut document, 1.0 + step as f32, step > 0);
+    }
+    let found = recovered(&document).unwrap();
+    assert_eq!((found.edits, found.project.light.rotation_deg), (1, 10.0));
+    turn(&mut document, 20.0, false);
+    assert_eq!(recovered(&document).unwrap().edits, 2);
+    assert_eq!(document.history_labels().1, 2);
+
+    document
+        .save_with(&path, SaveOptions::default(), |_| Ok(()))
+        .unwrap();
+    turn(&mut document, 21.0, true);
+    turn(&mut document, 22.0, true);
+    let found = recovered(&document).unwrap();
+    assert_eq!((found.edits, found.project.light.rotation_deg), (1, 22.0));
+    assert_eq!(document.history_labels().1, 2, "a save does not part a drag");
+}
+
 /// A stroke whose strength is dragged is written without its dabs.
 #[test]
 fn dabs_are_not_repeated() {

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a helper that fails fails its test")]
 
 mod ui_drop;
+mod ui_keys;
 mod ui_light;
 mod ui_safety;
 mod ui_session;

@@ -4,6 +4,7 @@ use super::{
     Document, check,
     hand_light::hand_label,
     history::{Splice, Step},
+    journal::Record,
     patch::Patch,
     project::{Dye, HairSettings, HeadReference, Layer, LightSettings},
 };
@@ -71,6 +72,18 @@ impl Document {
     /// # Errors
     /// A value out of range, a layer or operation that does not exist; the document is as before.
     pub fn apply(&mut self, edit: Edit) -> Result<Changes, Problem> {
+        self.apply_after(edit, false)
+    }
+
+    /// Applies an edit as the continuation of the newest entry where that is of the same kind (a slider drag is one entry).
+    ///
+    /// # Errors
+    /// As [`Document::apply`].
+    pub fn apply_continuing(&mut self, edit: Edit) -> Result<Changes, Problem> {
+        self.apply_after(edit, true)
+    }
+
+    fn apply_after(&mut self, edit: Edit, may_continue: bool) -> Result<Changes, Problem> {
         self.commit_stroke();
         if !matches!(&edit, Edit::SetOperation(index, _) if self.prefix.as_ref().is_some_and(|p| p.index == *index))
         {
@@ -143,20 +156,17 @@ impl Document {
             }
         };
         let mut step = step;
-        let changes = self.swap_recorded(&mut step);
-        self.history.push(label, step);
-        Ok(changes)
-    }
-
-    /// Applies an edit as the continuation of the newest entry where that is of the same kind (a slider drag is one entry).
-    ///
-    /// # Errors
-    /// As [`Document::apply`].
-    pub fn apply_continuing(&mut self, edit: Edit) -> Result<Changes, Problem> {
-        let entries = self.history.undo.len();
-        let changes = self.apply(edit)?;
-        if self.history.undo.len() == entries + 1 {
-            self.history.join_newest();
+        let continues = may_continue && self.history.goes_on_with(&label, &step);
+        let record = if continues {
+            Record::Continued
+        } else {
+            Record::Patch
+        };
+        let changes = self.swap_recorded(&mut step, record);
+        if continues {
+            self.history.renew_newest();
+        } else {
+            self.history.push(label, step);
         }
         Ok(changes)
     }
@@ -171,11 +181,12 @@ impl Document {
                 let undone = self.project.operations.pop()?;
                 let points = self.undo_stroke(&undone, before.take());
                 let at = self.project.operations.len();
-                self.record(|project| Patch::of_operations(project, at, 0, std::slice::from_ref(&undone)));
+                let removed = std::slice::from_ref(&undone);
+                self.record(|project| Record::Patch(Patch::of_operations(project, at, 0, removed)));
                 *operation = Some(Box::new(undone));
                 points.into()
             }
-            step => self.swap_recorded(step),
+            step => self.swap_recorded(step, Record::Patch),
         };
         let label = entry.label.clone();
         self.history.redo.push(entry);
@@ -195,7 +206,7 @@ impl Document {
                 self.record_stroke();
                 points.into()
             }
-            step => self.swap_recorded(step),
+            step => self.swap_recorded(step, Record::Patch),
         };
         let label = entry.label.clone();
         self.history.undo.push(entry);

@@ -160,14 +160,18 @@ impl History {
         self.trim();
     }
 
-    /// Lets the newest entry go where it continues the one before: that one already holds the state before the drag.
-    pub(super) fn join_newest(&mut self) {
-        let [.., earlier, newest] = self.undo.as_mut_slice() else {
-            return;
-        };
-        if earlier.label == newest.label && newest.step.continues(&earlier.step) {
-            earlier.id = newest.id;
-            self.undo.pop();
+    /// True where `step` is another moment of the drag that the newest entry stands for.
+    pub(super) fn goes_on_with(&self, label: &str, step: &Step) -> bool {
+        let newest = self.undo.last();
+        newest.is_some_and(|newest| newest.label == label && step.continues(&newest.step))
+    }
+
+    /// The newest entry stands for another state from now on: it already holds the one before the drag.
+    pub(super) fn renew_newest(&mut self) {
+        self.redo.clear();
+        if let Some(newest) = self.undo.last_mut() {
+            newest.id = self.next_id;
+            self.next_id += 1;
         }
     }
 

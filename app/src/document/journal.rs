@@ -25,7 +25,7 @@ pub const SYNC_INTERVAL: Duration = Duration::from_secs(1);
 pub const JOURNAL_EXTENSION: &str = "journal";
 
 /// The version of the journal that this program writes.
-const JOURNAL_VERSION: u32 = 1;
+const JOURNAL_VERSION: u32 = 2;
 
 /// A line of the journal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -35,6 +35,8 @@ pub enum Record {
     Start(Box<Start>),
     /// A committed edit, an undo or a redo.
     Patch(Patch),
+    /// What became of the edit before, as moments of one drag do: both are one edit.
+    Continued(Patch),
     /// From here on the journal counts from the project file with this content hash, if that save came to its end.
     Saved(String),
 }

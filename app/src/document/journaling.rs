@@ -91,40 +91,44 @@ impl Document {
         self.lock.take()
     }
 
-    /// Exchanges what `step` holds with the document, and writes that down.
-    pub(super) fn swap_recorded(&mut self, step: &mut Step) -> super::Changes {
+    /// Exchanges what `step` holds with the document, and writes that down as a `record`.
+    pub(super) fn swap_recorded(&mut self, step: &mut Step, record: fn(Patch) -> Record) -> super::Changes {
         let inserted = match step {
             Step::Layers { detached, .. } if self.keeper.is_some() => detached.clone(),
             _ => Vec::new(),
         };
         let changes = self.swap(step);
-        self.record_step(step, inserted);
+        self.record_step(step, inserted, record);
         changes
     }
 
     /// Writes down what the exchange with `step` made of the project.
-    pub(super) fn record_step(&mut self, step: &Step, inserted: Vec<(usize, crate::paint::Operation)>) {
+    pub(super) fn record_step(
+        &mut self,
+        step: &Step,
+        inserted: Vec<(usize, crate::paint::Operation)>,
+        record: fn(Patch) -> Record,
+    ) {
         if self.keeper.is_some()
             && let Some(patch) = Patch::of_step(&self.project, step, inserted)
         {
-            self.record(|_| patch);
+            self.record(|_| record(patch));
         }
     }
 
     /// Writes down the newest operation, a stroke.
     pub(super) fn record_stroke(&mut self) {
         let at = self.project.operations.len().saturating_sub(1);
-        self.record(|project| Patch::of_operations(project, at, 1, &[]));
+        self.record(|project| Record::Patch(Patch::of_operations(project, at, 1, &[])));
     }
 
-    /// Writes down a patch, which is made only where there is a journal to keep.
-    pub(super) fn record(&mut self, patch: impl FnOnce(&Project) -> Patch) {
+    /// Writes down a record, which is made only where there is a journal to keep.
+    pub(super) fn record(&mut self, record: impl FnOnce(&Project) -> Record) {
         if self.keeper.is_none() {
             return;
         }
-        let patch = patch(&self.project);
+        let records = [record(&self.project)];
         let written = self.ensure_journal().and_then(|has_all| {
-            let records = [Record::Patch(patch)];
             // A journal that starts from the project as it is now has the edit already.
             self.append(if has_all { &[] } else { &records })
         });

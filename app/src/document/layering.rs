@@ -4,6 +4,7 @@ use super::{
     Changes, Document, check,
     compose::LayerState,
     history::Step,
+    journal::Record,
     project::{Blend, Layer},
 };
 use balayage_render::param::Channel;
@@ -153,7 +154,7 @@ impl Document {
             })
         });
         if same {
-            self.record_step(&step, Vec::new());
+            self.record_step(&step, Vec::new(), Record::Patch);
             self.history.push(label, step);
             return Ok(changes);
         }

@@ -53,7 +53,7 @@ impl std::fmt::Display for Holder {
             return write!(f, "another program");
         }
         let age = age_text(self.age());
-        write!(f, "Balayage (process {} on {}, since {age})", self.pid, self.host)
+        write!(f, "Balayage (process {} on {}, for {age})", self.pid, self.host)
     }
 }
 

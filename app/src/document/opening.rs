@@ -243,7 +243,10 @@ fn open_project(
     }
     let mut journal = None;
     if let Some((contents, edits, from_backup)) = resumed {
-        warnings.push(format!("Recovered {edits} edits; save the project to keep them"));
+        let edits = recover::counted(edits, "edit");
+        warnings.push(format!(
+            "Recovered {edits}: save the project to keep what was done"
+        ));
         if let Some(backup) = from_backup {
             warnings.push(format!(
                 "They were made on {}, which the project's file no longer holds: save under another name, or over the file",

@@ -53,10 +53,8 @@ impl std::fmt::Display for Summary {
         let age = age_text(self.age);
         match &self.content {
             Ok((edits, strokes)) => {
-                write!(
-                    f,
-                    "{edits} edits ({strokes} strokes) that were not saved, the last one {age} ago"
-                )?;
+                let (edits, strokes) = (counted(*edits, "edit"), counted(*strokes, "stroke"));
+                write!(f, "{edits} ({strokes}) not yet saved, the last change {age} ago")?;
             }
             Err(problem) => write!(
                 f,
@@ -150,6 +148,11 @@ pub fn summary(contents: &Contents, project: Option<&Path>) -> Option<Summary> {
     })
 }
 
+/// "1 edit", "2 edits".
+pub(super) fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
 /// A project to start from.
 struct Base {
     project: Project,
@@ -191,10 +194,14 @@ pub fn recover(contents: &Contents, path: Option<&Path>, anyway: bool) -> Result
         is_needed: true,
     };
     for record in &contents.records[base.from..] {
-        let Record::Patch(patch) = record else { continue };
+        let (patch, continues) = match record {
+            Record::Patch(patch) => (patch, false),
+            Record::Continued(patch) => (patch, recovered.edits > 0),
+            _ => continue,
+        };
         let adds = patch.adds_operation();
         if patch.clone().apply(&mut project) {
-            recovered.edits += 1;
+            recovered.edits += usize::from(!continues);
             recovered.strokes += usize::from(adds);
         } else if anyway {
             recovered.skipped += 1;

@@ -15,6 +15,9 @@ pub struct ViewCamera {
 /// The nearest that zooming comes to the pivot, as a share of a step's start.
 const MIN_ZOOM: f32 = 0.2;
 
+/// The steepest tilt, degrees: beyond it "up" would flip.
+const MAX_TILT_DEG: f32 = 88.0;
+
 impl ViewCamera {
     /// Frames the box between two corners in a viewport of that width to height.
     pub fn framing(bounds: (Vec3, Vec3), aspect: f32) -> Self {
@@ -58,9 +61,9 @@ impl ViewCamera {
     pub fn orbit(&mut self, drag: Vec2) {
         let pose = self.camera.world_from_camera;
         let right = pose.x_axis.truncate();
-        // Tilting stops short of the poles, where "up" would flip.
+        // Tilting stops short of the poles.
         let up_now = pose.z_axis.y.clamp(-1.0, 1.0).asin();
-        let limit = 88f32.to_radians();
+        let limit = MAX_TILT_DEG.to_radians();
         let tilt = (up_now + drag.y * std::f32::consts::PI).clamp(-limit, limit) - up_now;
         let turn =
             Quat::from_rotation_y(-drag.x * std::f32::consts::PI) * Quat::from_axis_angle(right, -tilt);
@@ -83,6 +86,19 @@ impl ViewCamera {
         let step = self.pivot_depth() * (1.0 - (-amount).exp().max(MIN_ZOOM));
         let pose = self.camera.world_from_camera;
         self.set(Mat4::from_translation(-step * pose.z_axis.truncate()) * pose);
+    }
+
+    /// Looks at the pivot from `side`, a unit vector from the pivot to the eye, at the same distance; from above and below the front
+    /// of the hair is at the bottom of the picture, or at its top.
+    pub fn face(&mut self, side: Vec3) {
+        let steep = side.y.abs() > MAX_TILT_DEG.to_radians().sin();
+        let back = if steep { Vec3::Z } else { side };
+        let distance = self.camera.position().distance(self.pivot);
+        self.camera = Camera::look_at(self.pivot + distance * back, self.pivot, self.camera.fov_y_rad);
+        if steep {
+            // As far up or down as tilting goes.
+            self.orbit(Vec2::new(0.0, side.y.signum()));
+        }
     }
 
     /// Pixels that a length at `depth` takes, for a viewport of `height` pixels.
@@ -141,6 +157,29 @@ mod tests {
         assert!(view.pivot_depth() < start.pivot_depth());
         view.zoom(-0.5);
         assert!(view.camera.position().distance(start.camera.position()) < 1e-4);
+    }
+
+    #[test]
+    fn every_side_can_be_faced_and_left_again() {
+        let start = view();
+        let distance = start.camera.position().distance(start.pivot);
+        for (side, right) in [
+            (Vec3::Z, Vec3::X),
+            (Vec3::NEG_Z, Vec3::NEG_X),
+            (Vec3::X, Vec3::NEG_Z),
+            (Vec3::NEG_X, Vec3::Z),
+            (Vec3::Y, Vec3::X),
+            (Vec3::NEG_Y, Vec3::X),
+        ] {
+            let mut view = start;
+            view.face(side);
+            let pose = view.camera.world_from_camera;
+            assert!(pose.z_axis.truncate().dot(side) > 0.999, "{side}");
+            assert!(pose.x_axis.truncate().dot(right) > 0.999, "{side}");
+            assert!((view.camera.position().distance(view.pivot) - distance).abs() < 1e-4 * distance);
+            view.orbit(Vec2::new(0.1, 0.05));
+            assert!(crate::document::check_camera(&view.pose()).is_ok());
+        }
     }
 
     #[test]

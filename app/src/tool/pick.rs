@@ -34,13 +34,38 @@ impl PickFrame {
     /// The place at `depth` behind `at`.
     pub fn point(&self, at: Vec2, depth: f32) -> Vec3 {
         let aspect = self.picks.width as f32 / self.picks.height.max(1) as f32;
-        let slope = (0.5 * self.camera.fov_y_rad).tan();
-        let x = (2.0 * at.x - 1.0) * slope * aspect;
-        let y = (1.0 - 2.0 * at.y) * slope;
-        self.camera
-            .world_from_camera
-            .transform_point3(depth * Vec3::new(x, y, -1.0))
+        behind(&self.camera, aspect, at, depth)
     }
+}
+
+/// The place at `depth` behind `at` (in [0, 1]^2 of a picture of `aspect` = width / height, y down).
+fn behind(camera: &Camera, aspect: f32, at: Vec2, depth: f32) -> Vec3 {
+    let slope = (0.5 * camera.fov_y_rad).tan();
+    let x = (2.0 * at.x - 1.0) * slope * aspect;
+    let y = (1.0 - 2.0 * at.y) * slope;
+    camera
+        .world_from_camera
+        .transform_point3(depth * Vec3::new(x, y, -1.0))
+}
+
+/// How far from the pointer a point may be where there is no picture yet, as a share of the picture's height.
+const POINT_REACH: f32 = 0.015;
+
+/// The place behind `at` at the depth of the nearest point that is seen about there: what is touched while no picture tells which
+/// strands are hidden. Takes time in proportion to the points.
+pub fn place_on_points(camera: &Camera, aspect: f32, points: &[Vec3], at: Vec2) -> Option<Vec3> {
+    let view_from_world = camera.world_from_camera.inverse();
+    let slope = (0.5 * camera.fov_y_rad).tan();
+    let wanted = Vec2::new((2.0 * at.x - 1.0) * aspect, 1.0 - 2.0 * at.y) * slope;
+    let reach = 2.0 * slope * POINT_REACH;
+    let depths = points.iter().filter_map(|point| {
+        let seen = view_from_world.transform_point3(*point);
+        let depth = -seen.z;
+        let is_near = depth > 0.0 && (seen.truncate() / depth).distance(wanted) < reach;
+        is_near.then_some(depth)
+    });
+    let nearest = depths.min_by(f32::total_cmp)?;
+    Some(behind(camera, aspect, at, nearest))
 }
 
 /// The dab at `place`, on the strand whose point is nearest; none where no point is nearer than `reach`.
@@ -72,4 +97,24 @@ pub fn dabs_through(index: &StrandIndex, eye: Vec3, place: Vec3, radius: f32, pr
     (0..=steps)
         .filter_map(|step| dab_at(index, place + step as f32 * radius * direction, radius, pressure))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_a_picture_the_nearest_point_under_the_pointer_counts() {
+        let camera = Camera::look_at(Vec3::new(0.0, 0.0, 5.0), Vec3::ZERO, 0.6);
+        let points = [
+            Vec3::new(0.0, 0.0, -1.0),
+            Vec3::new(0.002, 0.0, 1.0),
+            Vec3::new(1.0, 0.0, 2.0),
+        ];
+        let middle = place_on_points(&camera, 1.5, &points, Vec2::splat(0.5)).unwrap();
+        assert!(middle.distance(Vec3::new(0.0, 0.0, 1.0)) < 1e-4, "{middle}");
+        assert!(place_on_points(&camera, 1.5, &points, Vec2::new(0.1, 0.1)).is_none());
+        // Behind the eye there is nothing to touch.
+        assert!(place_on_points(&camera, 1.5, &[Vec3::new(0.0, 0.0, 6.0)], Vec2::splat(0.5)).is_none());
+    }
 }

@@ -23,6 +23,18 @@ pub enum Command {
     Redo,
     /// Shows all of the hair.
     FrameHair,
+    /// Looks at the hair from the front.
+    ViewFront,
+    /// Looks at the hair from behind.
+    ViewBack,
+    /// Looks at the hair from its right side.
+    ViewRight,
+    /// Looks at the hair from its left side.
+    ViewLeft,
+    /// Looks at the hair from above.
+    ViewTop,
+    /// Looks at the hair from below.
+    ViewBottom,
     /// Makes the brush smaller.
     BrushSmaller,
     /// Makes the brush larger.
@@ -31,6 +43,10 @@ pub enum Command {
     BrushWeaker,
     /// Makes the brush stronger.
     BrushStronger,
+    /// Moving the pointer sets the brush's radius until a click.
+    BrushRadius,
+    /// Moving the pointer sets the brush's strength until a click.
+    BrushStrength,
     /// Adds a layer on top.
     AddLayer,
     /// Copies the chosen layer.
@@ -75,6 +91,8 @@ pub enum Command {
     TakeSnapshot,
     /// Shows the earlier look beside the present one.
     Compare,
+    /// Shows the unpainted hair, by key only while that is held.
+    Before,
     /// Shows one term of scattering alone, then the next.
     SoloNext,
     /// Shows all terms.
@@ -91,7 +109,7 @@ const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 
 impl Command {
     /// Every command.
-    pub const ALL: [Self; 39] = [
+    pub const ALL: [Self; 48] = [
         Self::Open,
         Self::OpenSample,
         Self::Save,
@@ -100,10 +118,18 @@ impl Command {
         Self::Undo,
         Self::Redo,
         Self::FrameHair,
+        Self::ViewFront,
+        Self::ViewBack,
+        Self::ViewRight,
+        Self::ViewLeft,
+        Self::ViewTop,
+        Self::ViewBottom,
         Self::BrushSmaller,
         Self::BrushLarger,
         Self::BrushWeaker,
         Self::BrushStronger,
+        Self::BrushRadius,
+        Self::BrushStrength,
         Self::AddLayer,
         Self::DuplicateLayer,
         Self::MergeDown,
@@ -126,6 +152,7 @@ impl Command {
         Self::LassoTool,
         Self::TakeSnapshot,
         Self::Compare,
+        Self::Before,
         Self::SoloNext,
         Self::AllLight,
         Self::Turntable,
@@ -144,10 +171,18 @@ impl Command {
             Self::Undo => "Undo",
             Self::Redo => "Redo",
             Self::FrameHair => "Frame hair",
+            Self::ViewFront => "View from the front",
+            Self::ViewBack => "View from behind",
+            Self::ViewRight => "View from the right",
+            Self::ViewLeft => "View from the left",
+            Self::ViewTop => "View from above",
+            Self::ViewBottom => "View from below",
             Self::BrushSmaller => "Smaller brush",
             Self::BrushLarger => "Larger brush",
             Self::BrushWeaker => "Weaker brush",
             Self::BrushStronger => "Stronger brush",
+            Self::BrushRadius => "Brush radius by moving",
+            Self::BrushStrength => "Brush strength by moving",
             Self::AddLayer => "Add layer",
             Self::DuplicateLayer => "Duplicate layer",
             Self::MergeDown => "Merge down",
@@ -170,6 +205,7 @@ impl Command {
             Self::LassoTool => "Tool: Lasso",
             Self::TakeSnapshot => "Take snapshot",
             Self::Compare => "Compare A|B",
+            Self::Before => "Unpainted hair",
             Self::SoloNext => "Next term alone",
             Self::AllLight => "All terms",
             Self::Turntable => "Turntable",
@@ -191,11 +227,20 @@ impl Command {
             Self::Compare => {
                 "The snapshot or the unpainted hair on the left, now on the right; drag the line between"
             }
+            Self::BrushRadius | Self::BrushStrength => {
+                "Move the pointer to and fro; a click keeps the value, Esc or the right button the old one"
+            }
+            Self::Before => "Its key shows the unpainted hair while it is held",
             Self::SoloNext => "R, TT, TRT, D, L and U one after the other, then all",
             Self::Turntable => "Turns the view; any key or button stops it",
             Self::HidePanels => "Only the picture, or tools and docks again",
             _ => "",
         }
+    }
+
+    /// True where its key counts as long as it is held.
+    pub fn is_held(self) -> bool {
+        self == Self::Before
     }
 
     /// What settings call it.
@@ -246,6 +291,7 @@ impl Command {
             Self::MaskTool => const { &[key(Modifiers::NONE, Key::Num5)] },
             Self::LassoTool => const { &[key(Modifiers::NONE, Key::Num6)] },
             Self::TakeSnapshot => const { &[key(CTRL_SHIFT, Key::B)] },
+            Self::Before => const { &[key(Modifiers::NONE, Key::B)] },
             Self::Compare => const { &[key(Modifiers::COMMAND, Key::B)] },
             Self::SoloNext => const { &[key(Modifiers::NONE, Key::L)] },
             Self::AllLight => const { &[key(Modifiers::SHIFT, Key::L)] },
@@ -253,6 +299,14 @@ impl Command {
             Self::FullScreen => const { &[key(Modifiers::NONE, Key::F11)] },
             Self::HidePanels => const { &[key(Modifiers::NONE, Key::H)] },
             Self::OpenSample
+            | Self::ViewFront
+            | Self::ViewBack
+            | Self::ViewRight
+            | Self::ViewLeft
+            | Self::ViewTop
+            | Self::ViewBottom
+            | Self::BrushRadius
+            | Self::BrushStrength
             | Self::AddLayer
             | Self::DuplicateLayer
             | Self::MergeDown

@@ -2,6 +2,7 @@
 
 use balayage_render::gpu::Terms;
 use egui::Context;
+use glam::Vec3;
 
 use super::{
     Command, Editor,
@@ -60,10 +61,20 @@ impl Editor {
                     .as_ref()
                     .map(|document| ViewCamera::framing(document.groom().bounds(), self.aspect));
             }
+            Command::ViewFront => self.look(|camera| camera.face(Vec3::Z)),
+            Command::ViewBack => self.look(|camera| camera.face(Vec3::NEG_Z)),
+            // Right and left are those of a viewer in front.
+            Command::ViewRight => self.look(|camera| camera.face(Vec3::X)),
+            Command::ViewLeft => self.look(|camera| camera.face(Vec3::NEG_X)),
+            Command::ViewTop => self.look(|camera| camera.face(Vec3::Y)),
+            Command::ViewBottom => self.look(|camera| camera.face(Vec3::NEG_Y)),
             Command::BrushSmaller => self.brush.scale_radius(1.0 / 1.15),
             Command::BrushLarger => self.brush.scale_radius(1.15),
             Command::BrushWeaker => self.brush.add_strength(-0.05),
             Command::BrushStronger => self.brush.add_strength(0.05),
+            Command::BrushRadius | Command::BrushStrength => {
+                self.adjust_brush(context, command == Command::BrushStrength);
+            }
             Command::AddLayer => self.add_layer(),
             Command::DuplicateLayer => self.duplicate_layer(),
             Command::MergeDown => self.merge_down(),
@@ -93,6 +104,7 @@ impl Editor {
             Command::LassoTool => self.tool = Tool::Lasso,
             Command::TakeSnapshot => self.take_snapshot(),
             Command::Compare => self.toggle_compare(),
+            Command::Before => self.keeps_before = !self.keeps_before,
             Command::SoloNext => self.solo_next_term(),
             Command::AllLight => self.view.terms = Terms::ALL,
             Command::Turntable => self.turns = true,

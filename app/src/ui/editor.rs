@@ -116,6 +116,8 @@ pub struct Editor {
     pub(super) operation: Option<usize>,
     /// The unpainted hair is shown.
     shows_before: bool,
+    /// It was asked for by name, without a key that is held.
+    pub(super) keeps_before: bool,
     pub(super) tab: Tab,
     pub(super) view: ViewOptions,
     pub(super) gesture: Gesture,
@@ -181,6 +183,7 @@ impl Editor {
             layer: String::new(),
             operation: None,
             shows_before: false,
+            keeps_before: false,
             tab: Tab::Brush,
             view: ViewOptions {
                 transform: ViewTransform::Neutral,
@@ -251,6 +254,11 @@ impl Editor {
     /// Whether the newest picture is a draft; none before the first.
     pub fn is_draft(&self) -> Option<bool> {
         self.shown.as_ref().map(|shown| shown.is_draft)
+    }
+
+    /// The unpainted hair is shown.
+    pub fn shows_before(&self) -> bool {
+        self.shows_before
     }
 
     /// Destroys the device that draws, as a driver or a pulled cable would.
@@ -349,15 +357,16 @@ impl Editor {
         });
     }
 
-    /// Shows the unpainted hair while B is held.
+    /// Shows the unpainted hair while its key is held, or until it is asked for again.
     fn show_before(&mut self, context: &Context) {
         let held = !context.text_edit_focused()
-            && context.input(|input| input.modifiers.is_none() && input.key_down(egui::Key::B));
+            && context.input(|input| self.keymap.is_down(super::Command::Before, input));
+        let shows = held || self.keeps_before;
         let Some(document) = &self.document else { return };
-        if held != self.shows_before {
-            self.shows_before = held;
+        if shows != self.shows_before {
+            self.shows_before = shows;
             let all = crate::paint::DirtyRanges::all(document.groom().point_count());
-            if held {
+            if shows {
                 self.viewer.set_params(&document.unpainted_params(), &all);
             } else {
                 self.viewer.set_params(document.params(), &all);
@@ -398,7 +407,7 @@ impl eframe::App for Editor {
                 .default_size(104.0)
                 .show(ui, |ui| self.tool_bar(ui));
             Panel::right("dock")
-                .default_size(324.0)
+                .default_size(348.0)
                 .show(ui, |ui| self.right_dock(ui));
         }
         egui::CentralPanel::no_frame().show(ui, |ui| self.viewport(ui));

@@ -52,7 +52,7 @@ impl Keymap {
 
     /// The command whose keys were pressed in this frame; longer shortcuts win.
     pub(super) fn pressed(&self, input: &mut egui::InputState) -> Option<Command> {
-        let all = self.0.iter();
+        let all = self.0.iter().filter(|(command, _)| !command.is_held());
         let mut keys: Vec<(KeyboardShortcut, Command)> = all
             .flat_map(|(command, keys)| keys.iter().map(|keys| (*keys, *command)))
             .collect();
@@ -67,16 +67,44 @@ impl Keymap {
             .find(|(keys, _)| input.consume_shortcut(keys))
             .map(|(_, command)| command)
     }
+
+    /// True while keys of `command` are down, with their modifiers and no others.
+    pub(super) fn is_down(&self, command: Command, input: &egui::InputState) -> bool {
+        self.keys(command)
+            .iter()
+            .any(|keys| input.modifiers.matches_exact(keys.modifiers) && input.key_down(keys.logical_key))
+    }
 }
 
 /// The keys of a command where a person changed nothing.
 pub(super) fn preset(navigation: Navigation, command: Command) -> Vec<KeyboardShortcut> {
-    let key = |key| vec![KeyboardShortcut::new(Modifiers::NONE, key)];
-    match (navigation, command) {
-        (Navigation::Blender, Command::FrameHair) => key(Key::Home),
-        (Navigation::Blender, Command::Eyedropper) => key(Key::S),
-        _ => command.shortcuts().to_vec(),
+    use Command as C;
+    let usual = || command.shortcuts().to_vec();
+    if navigation == Navigation::Maya {
+        return usual();
     }
+    // The system does not tell the number pad from the row above the letters: the numbers are views, the tools have Alt beside them.
+    let (modifiers, key) = match command {
+        C::FrameHair => (Modifiers::NONE, Key::Home),
+        C::Eyedropper => (Modifiers::NONE, Key::S),
+        C::BrushRadius => (Modifiers::NONE, Key::F),
+        C::BrushStrength => (Modifiers::SHIFT, Key::F),
+        C::ViewFront => (Modifiers::NONE, Key::Num1),
+        C::ViewBack => (Modifiers::COMMAND, Key::Num1),
+        C::ViewRight => (Modifiers::NONE, Key::Num3),
+        C::ViewLeft => (Modifiers::COMMAND, Key::Num3),
+        C::ViewTop => (Modifiers::NONE, Key::Num7),
+        C::ViewBottom => (Modifiers::COMMAND, Key::Num7),
+        C::PaintTool | C::CombTool | C::EraseTool | C::SmoothTool | C::MaskTool | C::LassoTool => {
+            let keys = usual().into_iter().map(|keys| KeyboardShortcut {
+                modifiers: Modifiers::ALT,
+                ..keys
+            });
+            return keys.collect();
+        }
+        _ => return usual(),
+    };
+    vec![KeyboardShortcut::new(modifiers, key)]
 }
 
 /// `Ctrl+Shift+P`; Ctrl stands for Command on a Mac.

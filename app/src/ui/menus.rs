@@ -98,7 +98,19 @@ impl Editor {
         self.handles_checkbox(ui);
         ui.separator();
         for command in [
+            Command::ViewFront,
+            Command::ViewBack,
+            Command::ViewRight,
+            Command::ViewLeft,
+            Command::ViewTop,
+            Command::ViewBottom,
+        ] {
+            self.menu_item(ui, command);
+        }
+        ui.separator();
+        for command in [
             Command::Compare,
+            Command::Before,
             Command::TakeSnapshot,
             Command::SoloNext,
             Command::AllLight,
@@ -128,7 +140,7 @@ impl Editor {
             (
                 Navigation::Blender,
                 "Blender navigation",
-                "Middle button orbits, Shift+middle pans, the wheel zooms",
+                "Middle button orbits, with Shift it pans, with Ctrl it zooms; F and Shift+F set the brush",
             ),
         ] {
             ui.radio_value(&mut navigation, choice, name).on_hover_text(hint);
@@ -161,6 +173,8 @@ impl Editor {
             self.layers_panel(ui);
             ui.separator();
             ui.horizontal_wrapped(|ui| {
+                let spacing = ui.spacing_mut();
+                (spacing.item_spacing.x, spacing.button_padding.x) = (2.0, 5.0);
                 for (tab, name) in [
                     (Tab::Brush, "Brush"),
                     (Tab::Hair, "Hair"),

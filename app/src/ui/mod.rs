@@ -1,6 +1,7 @@
 //! The editor's window. It reads the document and emits edits; only the document changes itself.
 
 mod actions;
+mod adjust;
 mod command;
 mod compare;
 mod dispatch;

@@ -9,6 +9,18 @@ use crate::document::{Edit, Environment, FitReport, LightId, LightSettings};
 /// Hair error that a target starts with, a fraction.
 const USUAL_TARGET: f32 = 0.01;
 
+/// Height of the list of environments, points: all of it is seen at once.
+const LIST_HEIGHT: f32 = 360.0;
+
+/// A preset's name as a person reads it.
+fn title(preset: &str) -> String {
+    let text = preset.replace('-', " ");
+    let mut letters = text.chars();
+    letters
+        .next()
+        .map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
 /// What the light tab keeps between frames; no part of the project.
 #[derive(Default)]
 pub(super) struct LightTab {
@@ -86,7 +98,7 @@ impl Editor {
             Environment::Sky => ("Sky".to_owned(), "A clear afternoon"),
             Environment::Constant(_) => ("Uniform".to_owned(), "The same light from everywhere"),
             Environment::Map(path) | Environment::Lights(path) => (file_name(path), path.as_str()),
-            Environment::Preset(name) => (name.clone(), "A light of the editor"),
+            Environment::Preset(name) => (title(name), "A light of the editor"),
             Environment::Sequence(sequence) => (
                 format!("Sequence of {} maps", sequence.maps.len()),
                 "Maps that follow each other",
@@ -94,11 +106,14 @@ impl Editor {
         };
         egui::ComboBox::from_label("Environment")
             .selected_text(&name)
+            .height(LIST_HEIGHT)
             .show_ui(ui, |ui| {
-                let named = PRESETS.map(|name| (name, Environment::Preset(name.to_owned())));
+                // Uniform light has its own colour here, which the preset has not.
+                let presets = PRESETS.into_iter().filter(|name| *name != "uniform");
+                let named = presets.map(|name| (title(name), Environment::Preset(name.to_owned())));
                 let simple = [
-                    ("Sky", Environment::Sky),
-                    ("Uniform", Environment::Constant([1.0; 3])),
+                    ("Sky".to_owned(), Environment::Sky),
+                    ("Uniform".to_owned(), Environment::Constant([1.0; 3])),
                 ];
                 for (name, environment) in simple.into_iter().chain(named) {
                     let chosen = match (&light.environment, &environment) {

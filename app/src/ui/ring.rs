@@ -36,6 +36,10 @@ impl Editor {
             ui.ctx().set_cursor_icon(egui::CursorIcon::Grab);
             return;
         }
+        let at = match self.gesture {
+            Gesture::Adjust(adjusting) => adjusting.at,
+            _ => at,
+        };
         let painter = ui.painter_at(rect);
         if !self.tool.strokes() {
             ui.ctx().set_cursor_icon(egui::CursorIcon::Crosshair);
@@ -62,6 +66,17 @@ impl Editor {
         };
         painter.circle_stroke(at, radius, Stroke::new(3.0, Color32::from_black_alpha(120)));
         painter.circle_stroke(at, radius, Stroke::new(1.5, color));
+        // Strength is seen while it is set only.
+        if let Gesture::Adjust(_) = self.gesture {
+            let text = format!(
+                "{:.1} cm, strength {:.0} %",
+                self.brush.radius_cm,
+                100.0 * self.brush.strength
+            );
+            let font = egui::TextStyle::Body.resolve(ui.style());
+            painter.circle_filled(at, radius, color.gamma_multiply(0.4 * self.brush.strength));
+            painter.text(at, egui::Align2::CENTER_CENTER, text, font, Color32::WHITE);
+        }
         painter.circle_stroke(
             at,
             radius * self.brush.hardness,

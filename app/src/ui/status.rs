@@ -1,7 +1,7 @@
 //! The status bar: what the picture costs, what is under way, the newest message.
 
 use balayage_render::gpu::Terms;
-use egui::{Color32, ProgressBar, Ui};
+use egui::{ProgressBar, Ui};
 
 use super::{Editor, job::Job};
 
@@ -15,9 +15,9 @@ impl Editor {
             if let Some(message) = self.messages.last() {
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                     let color = if message.is_error {
-                        Color32::from_rgb(255, 140, 120)
+                        ui.visuals().error_fg_color
                     } else {
-                        Color32::GRAY
+                        ui.visuals().weak_text_color()
                     };
                     let log: Vec<&str> = self
                         .messages

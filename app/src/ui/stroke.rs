@@ -1,8 +1,8 @@
 //! What the tools do to the hair under the pointer: strokes, picking, the lasso.
 
-use balayage_render::param::Channel;
+use balayage_render::{gpu::Camera, param::Channel};
 use egui::{Modifiers, Pos2, Rect, Response};
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 
 use super::{
     Editor,
@@ -11,7 +11,7 @@ use super::{
 use crate::{
     document::{Edit, Layer},
     paint::{Dab, Mask, MaskKind, MaskPart, Mode, Reach},
-    tool::{StrokePath, Tool, dab_at, dabs_through, mirrored},
+    tool::{StrokePath, Tool, dab_at, dabs_through, mirrored, place_on_points},
 };
 
 impl Editor {
@@ -109,11 +109,7 @@ impl Editor {
 
     /// The dabs at one place of the screen: one on the visible strand, or one for each depth.
     fn dabs(&self, place: Vec2, rect: Rect) -> Vec<Dab> {
-        let picks = self.shown.as_ref().and_then(|shown| shown.picks.as_ref());
-        let (Some(picks), Some(document)) = (picks, &self.document) else {
-            return Vec::new();
-        };
-        let Some(point) = picks.place(in_picture(place, rect)) else {
+        let (Some((camera, point)), Some(document)) = (self.touched(place, rect), &self.document) else {
             return Vec::new();
         };
         let radius = 0.01 * self.brush.radius_cm / document.groom().metres_per_unit();
@@ -123,7 +119,7 @@ impl Editor {
         } else {
             1.0
         };
-        let eye = picks.camera.position();
+        let eye = camera.position();
         let sides = [(eye, point), (mirrored(eye), mirrored(point))];
         let count = if self.brush.mirror { 2 } else { 1 };
         let of_side = |(eye, point)| {
@@ -134,6 +130,19 @@ impl Editor {
             }
         };
         sides.into_iter().take(count).flat_map(of_side).collect()
+    }
+
+    /// The hair that is touched at a place of the screen, and the camera that it is seen with; before the first picture the groom's
+    /// points tell.
+    fn touched(&self, place: Vec2, rect: Rect) -> Option<(Camera, Vec3)> {
+        let at = in_picture(place, rect);
+        if let Some(picks) = self.shown.as_ref().and_then(|shown| shown.picks.as_ref()) {
+            return Some((picks.camera, picks.place(at)?));
+        }
+        let camera = *self.camera.as_ref()?.camera();
+        let points = self.document.as_ref()?.groom().positions();
+        let aspect = rect.width().max(1.0) / rect.height().max(1.0);
+        Some((camera, place_on_points(&camera, aspect, points, at)?))
     }
 
     /// Takes the value of the touched hair into the brush.

@@ -5,7 +5,9 @@ use egui::{Color32, Modifiers, PointerButton, Pos2, Rect, Response, Role, Sense,
 use glam::Vec2;
 
 use super::{
-    Editor, theme,
+    Editor,
+    adjust::Adjusting,
+    theme,
     viewer::{Motion, ViewRequest},
 };
 use crate::{
@@ -29,6 +31,8 @@ pub(super) enum Gesture {
     },
     /// Changing radius and hardness of the brush.
     SizeBrush,
+    /// Changing one value of the brush by moving the pointer, no button held.
+    Adjust(Adjusting),
     /// A stroke; its path in points of the screen.
     Stroke(StrokePath),
     /// An outline is drawn; its path in points of the screen.
@@ -98,7 +102,7 @@ impl Editor {
             motion: match self.gesture {
                 Gesture::Stroke(_) => Motion::Painting,
                 Gesture::Lasso(_) => Motion::Still,
-                Gesture::None | Gesture::SizeBrush
+                Gesture::None | Gesture::SizeBrush | Gesture::Adjust(_)
                     if self.slider.is_none() && !self.is_playing() && !self.turns =>
                 {
                     Motion::Still
@@ -125,6 +129,9 @@ impl Editor {
         if response.hovered() && wheel != 0.0 {
             self.look(|camera| camera.zoom(0.004 * wheel));
         }
+        if let Gesture::Adjust(adjusting) = self.gesture {
+            return self.continue_adjusting(ui, adjusting, Vec2::new(delta.x, delta.y), escape);
+        }
         if escape {
             match self.gesture {
                 Gesture::Stroke(_) => self.cancel_stroke(),
@@ -142,7 +149,9 @@ impl Editor {
         ]
         .into_iter()
         .find(|button| {
-            response.is_pointer_button_down_on() && ui.input(|input| input.pointer.button_pressed(*button))
+            // A quick hand may press and release within one frame.
+            (response.is_pointer_button_down_on() || response.clicked_by(*button))
+                && ui.input(|input| input.pointer.button_pressed(*button))
         });
         if let Some(button) = pressed {
             let at = response.interact_pointer_pos();
@@ -179,7 +188,7 @@ impl Editor {
                     self.gesture = Gesture::Lasso(path);
                 }
             }
-            Gesture::MoveLight { .. } | Gesture::TurnLight | Gesture::None => {}
+            Gesture::MoveLight { .. } | Gesture::TurnLight | Gesture::Adjust(_) | Gesture::None => {}
         }
         if !ui.input(|input| input.pointer.any_down()) {
             match (self.gesture, &mut self.document) {
@@ -208,6 +217,8 @@ impl Editor {
             (PointerButton::Middle, true) => {
                 if shift {
                     Gesture::Pan
+                } else if command {
+                    Gesture::Zoom
                 } else {
                     Gesture::Orbit
                 }

@@ -3,8 +3,7 @@
 use std::ops::RangeInclusive;
 
 use egui::{
-    Color32, PointerButton, Pos2, Rect, Response, Role, Sense, Slider, SliderClamping, Stroke, Ui, Vec2,
-    WidgetInfo,
+    PointerButton, Pos2, Rect, Response, Role, Sense, Slider, SliderClamping, Stroke, Ui, Vec2, WidgetInfo,
 };
 
 use super::theme;
@@ -51,6 +50,7 @@ impl<'a> Number<'a> {
             .logarithmic(self.logarithmic)
             // A value of the file beyond the slider's useful range stays until a person moves it.
             .clamping(SliderClamping::Edits)
+            .max_decimals(if self.unit.is_empty() { 3 } else { 2 })
             .text(self.name)
             .suffix(self.unit);
         let unit = self.unit;
@@ -133,7 +133,7 @@ pub(super) fn curve_editor(ui: &mut Ui, curve: &mut Curve) -> (Response, bool) {
         painter.rect_filled(
             Rect::from_center_size(on_screen(*point), Vec2::splat(6.0)),
             1.0,
-            Color32::from_gray(220),
+            ui.visuals().strong_text_color(),
         );
     }
     let response = response.on_hover_text("How it rises from start to end: drag the points");
