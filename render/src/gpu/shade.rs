@@ -110,7 +110,8 @@ pub struct ShadeUniform {
     first_record: u32,
     adds: u32,
     multiple: u32,
-    padding: [u32; 2],
+    together_first: u32,
+    together_count: u32,
 }
 
 /// What shading reads besides the strands.
@@ -292,7 +293,9 @@ struct Run<'a> {
 /// The dispatches of a frame: batch after batch, the user's lights apart from those that stand for the uniform environment.
 fn runs<'a>(settings: &ShadeSettings, strands: &StrandBuffers, inputs: &ShadeInputs<'a>) -> Vec<Run<'a>> {
     let mut runs: Vec<Run<'a>> = Vec::new();
-    for batch in inputs.transmittance.batches() {
+    let batches = inputs.transmittance.batches();
+    let all_uniform = inputs.real_light_count..batches.last().map_or(0, |batch| batch.lights.end);
+    for batch in batches {
         let split = inputs
             .real_light_count
             .clamp(batch.lights.start, batch.lights.end);
@@ -300,7 +303,7 @@ fn runs<'a>(settings: &ShadeSettings, strands: &StrandBuffers, inputs: &ShadeInp
             (batch.lights.start..split, Vec3::ZERO),
             (split..batch.lights.end, inputs.constant),
         ];
-        // Lights that stand for a uniform environment are weighed by their sum: these stay together.
+        // Lights that stand for a uniform environment are weighed by the sum of all of them, whatever batch holds them.
         let most = settings.method.lights_per_dispatch() as usize;
         let [(real, none), uniform] = parts;
         let chunks = real.clone().step_by(most).map(|first| {
@@ -308,6 +311,11 @@ fn runs<'a>(settings: &ShadeSettings, strands: &StrandBuffers, inputs: &ShadeInp
             (first..last, none)
         });
         for (lights, constant) in chunks.chain([uniform]).filter(|(lights, _)| !lights.is_empty()) {
+            let together = if constant == Vec3::ZERO {
+                lights.clone()
+            } else {
+                all_uniform.clone()
+            };
             let uniform = ShadeUniform {
                 camera_position: inputs.camera_position.to_array(),
                 vertex_count: strands.vertex_count,
@@ -323,7 +331,8 @@ fn runs<'a>(settings: &ShadeSettings, strands: &StrandBuffers, inputs: &ShadeInp
                     Multiple::Zinke2008 => 1,
                     Multiple::M2 => 2,
                 },
-                padding: [0; 2],
+                together_first: together.start,
+                together_count: together.len() as u32,
             };
             runs.push(Run { batch, uniform });
         }

@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use balayage_render::gpu::{Gpu, Method, Model, RenderSettings, Renderer, ShadeSettings};
+use balayage_render::gpu::{Gpu, Method, Model, RenderSettings, Renderer, ShadeSettings, Terms};
 use balayage_render::groom::{BALL_RADIUS, Groom, ball};
 use balayage_render::light::LightSet;
 use balayage_render::param::{LobeRatios, PigmentSet, PointValues, VertexParams};
@@ -51,6 +51,9 @@ pub(super) struct FurnaceArgs {
     /// How light that has crossed other fibres is added.
     #[arg(long, value_enum, default_value_t = MultipleName::M3)]
     multiple: MultipleName,
+    /// Terms that are added up, as `render` has them.
+    #[arg(long, value_name = "TERMS", default_value = "all")]
+    terms: Terms,
     /// Seed of the strands and of the points.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -84,6 +87,7 @@ pub(super) fn run(args: &FurnaceArgs, console: &mut Console<'_>) -> Result<(), C
                     ..Method::default()
                 },
                 multiple: args.multiple.into(),
+                terms: args.terms,
                 ..ShadeSettings::default()
             },
             ..RenderSettings::default()
