@@ -160,7 +160,7 @@ fn dense_thin_hair_composes_to_the_product_of_what_it_lets_through() {
 /// The same strands over a map of `checks` x `checks` black and white fields, whose picture without strands comes first.
 fn over_checkerboard(gpu: &Gpu, points: &[Vec3], width_px: f32) -> [Vec<[f32; 4]>; 2] {
     const MAP: [u32; 2] = [512, 256];
-    let field = |i: u32| f32::from(u8::from((i % MAP[0] / 4 + i / MAP[0] / 4) % 2 == 0));
+    let field = |i: u32| f32::from(u8::from((i % MAP[0] / 4 + i / MAP[0] / 4).is_multiple_of(2)));
     let map: Vec<[f32; 4]> = (0..MAP[0] * MAP[1]).map(|i| [field(i); 4]).collect();
     let background = gpu.storage_of("background", &map).unwrap();
     let vertices: Vec<RefinedVertex> = points

@@ -103,7 +103,7 @@ fn painting_touches_the_voxels_of_painted_strands_and_ends_as_if_all_were_painte
             point.sigma_a = [0.1, 2.0, 3.0];
         }
         gpu.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&params));
-        transmittance.set_params(&buffer, mean, &[dirty.clone()]);
+        transmittance.set_params(&buffer, mean, std::slice::from_ref(&dirty));
         let done = transmittance.update(&gpu, None, false, 0).unwrap();
         let touched: BTreeSet<usize> = volume
             .first_share
@@ -135,7 +135,7 @@ fn painting_touches_the_voxels_of_painted_strands_and_ends_as_if_all_were_painte
     // A change that nobody is told of stays unseen: the comparison can fail.
     params.iter_mut().for_each(|p| p.sigma_a = [3.0; 3]);
     gpu.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&params));
-    transmittance.set_params(&buffer, mean, &[0..1]);
+    transmittance.set_params(&buffer, mean, std::slice::from_ref(&(0..1)));
     transmittance.update(&gpu, None, false, 0).unwrap();
     fresh.set_params(&buffer, mean, &[]);
     fresh.update(&gpu, None, false, 0).unwrap();
