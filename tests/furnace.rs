@@ -182,7 +182,7 @@ fn shells_of_ball(renderer: &mut Renderer, groom: &Groom, sigma_a: f32) -> [f32;
 }
 
 #[test]
-fn a_white_ball_is_as_bright_inside_as_outside_and_absorption_darkens_it() {
+fn a_white_ball_stays_bright_to_its_middle_and_absorption_darkens_it() {
     let groom = ball(3000, 0.03, 1).unwrap();
     let mut renderer = Renderer::new(&Gpu::headless().unwrap()).unwrap();
     renderer.set_groom(&groom, None).unwrap();
