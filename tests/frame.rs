@@ -11,7 +11,7 @@ const STRANDS: usize = 400;
 const POINTS: usize = 9;
 
 /// A curtain of hair, 40 rows deep, 10 strands wide.
-fn curtain() -> Groom {
+pub fn curtain() -> Groom {
     let strands = (0..STRANDS).map(|i| {
         let root = Vec3::new(0.1 * (i % 10) as f32, 0.0, -0.05 * (i / 10) as f32);
         (0..POINTS)
@@ -34,7 +34,7 @@ fn camera(x: f32) -> Camera {
     }
 }
 
-fn renderer(gpu: &Gpu, groom: &Groom) -> Renderer {
+pub fn renderer(gpu: &Gpu, groom: &Groom) -> Renderer {
     let light = |x: f32, y: f32, z: f32, bandwidth| SrbfLight {
         direction: Vec3::new(x, y, z).normalize(),
         bandwidth,
@@ -49,7 +49,7 @@ fn renderer(gpu: &Gpu, groom: &Groom) -> Renderer {
     renderer
 }
 
-fn plain(groom: &Groom) -> Vec<VertexParams> {
+pub fn plain(groom: &Groom) -> Vec<VertexParams> {
     vec![
         PointValues::default().vertex_params(PigmentSet::default(), &LobeRatios::default());
         groom.point_count()

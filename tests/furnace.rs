@@ -1,10 +1,10 @@
 //! White furnace: a fibre that absorbs nothing, in a uniform environment, sends out what its lobes hold.
 
 use balayage_render::gpu::{Camera, Gpu, Method, Model, RenderSettings, Renderer, ShadeSettings, Terms};
-use balayage_render::groom::Groom;
+use balayage_render::groom::{BALL_RADIUS, Groom, ball};
 use balayage_render::light::LightSet;
 use balayage_render::optics;
-use balayage_render::param::VertexParams;
+use balayage_render::param::{LobeRatios, PigmentSet, PointValues, VertexParams};
 use glam::Vec3;
 
 /// One straight strand along x of 40 points, thick enough to be seen.
@@ -138,4 +138,117 @@ fn a_white_strand_of_deon_is_as_bright_as_its_world() {
         eprintln!("{theta_deg} degrees: radiance {got:.4} of 1");
         assert!((got - 1.0).abs() < 0.02, "{theta_deg} degrees: {got}");
     }
+}
+
+/// Mean radiance of points in four shells of a ball, the outermost first, over some views.
+fn shells_of_ball(renderer: &mut Renderer, groom: &Groom, sigma_a: f32) -> [f32; 4] {
+    let params = VertexParams {
+        sigma_a: [sigma_a; 3],
+        ..PointValues::default().vertex_params(PigmentSet::default(), &LobeRatios::default())
+    };
+    renderer
+        .set_params(&vec![params; groom.point_count()], &[])
+        .unwrap();
+    let shells: [Vec<u32>; 4] = std::array::from_fn(|shell| {
+        let of_shell = |point: &u32| {
+            let depth = 1.0 - groom.positions()[*point as usize].length() / BALL_RADIUS;
+            (4.0 * depth) as usize == shell
+        };
+        let points = (0..groom.point_count() as u32).filter(of_shell);
+        points.step_by(1 + groom.point_count() / 8000).take(60).collect()
+    });
+    let all = shells.concat();
+    let mut sums = vec![0.0; all.len()];
+    let eyes = [
+        Vec3::X,
+        Vec3::NEG_Y,
+        Vec3::new(-1.0, 1.0, 1.0),
+        Vec3::new(0.0, 1.0, -1.0),
+    ];
+    for eye in eyes {
+        let radiance = renderer
+            .radiance_of_points(&all, 100.0 * eye, &RenderSettings::default())
+            .unwrap();
+        for (sum, radiance) in sums.iter_mut().zip(radiance) {
+            *sum += radiance.y / eyes.len() as f32;
+        }
+    }
+    let mut sums = sums.into_iter();
+    shells.map(|shell| sums.by_ref().take(shell.len()).sum::<f32>() / shell.len() as f32)
+}
+
+#[test]
+fn a_white_ball_stays_bright_to_its_middle_and_absorption_darkens_it() {
+    let groom = ball(3000, 0.03, 1).unwrap();
+    let mut renderer = Renderer::new(&Gpu::headless().unwrap()).unwrap();
+    renderer.set_groom(&groom, None).unwrap();
+    renderer.set_lights(&LightSet {
+        lights: Vec::new(),
+        constant: Vec3::ONE,
+    });
+    let found = [0.0, 0.01, 0.1, 1.0].map(|sigma_a| shells_of_ball(&mut renderer, &groom, sigma_a));
+    eprintln!("radiance by depth, absorption 0, .01, .1, 1: {found:.3?}");
+    for (depth, white) in found[0].iter().enumerate() {
+        assert!((0.50..1.05).contains(white), "shell {depth}: {found:?}");
+    }
+    for darker in found.windows(2) {
+        for (less, more) in darker[0].iter().zip(&darker[1]) {
+            assert!(more < less, "{found:?}");
+        }
+    }
+    assert!(
+        found[3][3] < 0.3 * found[0][3],
+        "light does not reach the middle of dark hair"
+    );
+}
+
+#[test]
+fn a_uniform_environment_is_the_same_however_few_records_a_buffer_holds() {
+    let groom = ball(900, 0.03, 1).unwrap();
+    let points: Vec<u32> = (0..groom.point_count() as u32).step_by(97).collect();
+    // Records of 32 lights at that many points want more than 4 MiB: a device that binds no more holds them in batches.
+    let small = 4 << 20;
+    assert!(groom.point_count() * 32 * 16 > small + small / 4);
+    let radiance = |gpu: &Gpu| {
+        let mut renderer = Renderer::new(gpu).unwrap();
+        renderer.set_groom(&groom, None).unwrap();
+        let params = PointValues::default().vertex_params(PigmentSet::default(), &LobeRatios::default());
+        renderer
+            .set_params(&vec![params; groom.point_count()], &[])
+            .unwrap();
+        let lights = LightSet {
+            lights: Vec::new(),
+            constant: Vec3::ONE,
+        };
+        renderer.set_lights(&lights);
+        renderer
+            .radiance_of_points(&points, 100.0 * Vec3::Z, &RenderSettings::default())
+            .unwrap()
+    };
+    let whole = radiance(&Gpu::headless().unwrap());
+    let batched = radiance(&bound_to(small as u64));
+    let brightest = whole.iter().map(|r| r.max_element()).fold(0.0, f32::max);
+    for (a, b) in whole.iter().zip(&batched) {
+        assert!(
+            (a - b).abs().max_element() < 2e-3 * brightest,
+            "{a} in one batch, {b} in several"
+        );
+    }
+    assert!(brightest > 0.1, "the ball is not dark");
+}
+
+/// A device that binds buffers of at most so many bytes.
+fn bound_to(bytes: u64) -> Gpu {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
+    let adapter =
+        pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default())).unwrap();
+    let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+        required_limits: wgpu::Limits {
+            max_storage_buffer_binding_size: bytes,
+            ..adapter.limits()
+        },
+        ..Default::default()
+    }))
+    .unwrap();
+    Gpu::from_parts(device, queue, &adapter.get_info())
 }

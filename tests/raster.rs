@@ -160,3 +160,91 @@ fn dense_thin_hair_composes_to_the_product_of_what_it_lets_through() {
         );
     }
 }
+
+/// The same strands over a map of `checks` x `checks` black and white fields, whose picture without strands comes first.
+fn over_checkerboard(gpu: &Gpu, points: &[Vec3], width_px: f32) -> [Vec<[f32; 4]>; 2] {
+    const MAP: [u32; 2] = [512, 256];
+    let field = |i: u32| f32::from(u8::from((i % MAP[0] / 4 + i / MAP[0] / 4).is_multiple_of(2)));
+    let map: Vec<[f32; 4]> = (0..MAP[0] * MAP[1]).map(|i| [field(i); 4]).collect();
+    let background = gpu.storage_of("background", &map).unwrap();
+    let vertices: Vec<RefinedVertex> = points
+        .iter()
+        .map(|p| RefinedVertex {
+            position: p.to_array(),
+            diameter: width_px / 64.0 * p.length(),
+            ..Zeroable::zeroed()
+        })
+        .collect();
+    let segments: Vec<Segment> = (1..points.len() as u32)
+        .map(|i| Segment {
+            vertex: i - 1,
+            strand: 0,
+        })
+        .collect();
+    let strands = StrandBuffers::from_parts(gpu, &vertices, &segments).unwrap();
+    let resolve = ResolveUniform {
+        world_from_view: Mat4::IDENTITY.to_cols_array_2d(),
+        weight: 1.0,
+        has_background: 1,
+        background_scale: [1.0; 3],
+        background_size: MAP,
+        ..Zeroable::zeroed()
+    };
+    [0, segments.len() as u32].map(|drawn| {
+        let inputs = ResolveInputs {
+            strands: &strands,
+            head: &HeadTarget::new(gpu, [1, 1]).unwrap(),
+            background: &background,
+            target: &PictureBuffers::new(gpu, SIZE).unwrap(),
+            has_head: false,
+            interpolates_straight: false,
+            touched_only: false,
+        };
+        Raster::new(gpu)
+            .unwrap()
+            .draw(gpu, &camera(drawn), &resolve, &inputs, || Ok(()))
+            .unwrap();
+        gpu.read(&inputs.target.picture, 64 * 64).unwrap()
+    })
+}
+
+#[test]
+fn a_thin_strand_darkens_a_checkerboard_by_its_true_area() {
+    let gpu = Gpu::headless().unwrap();
+    // The strand is black: what the bright fields lose is its coverage of them.
+    for k in 0..6 {
+        let offset = Vec3::new(0.37 * k as f32, 0.23 * k as f32, 0.0) / 64.0;
+        let points: Vec<Vec3> = straight(0.1 + 0.2618 * k as f32, 40.0, 1)
+            .iter()
+            .map(|p| *p + offset)
+            .collect();
+        let [empty, with_strand] = over_checkerboard(&gpu, &points, 0.05);
+        let bright = |p: &[f32; 4]| p[0] > 0.25;
+        assert!(
+            empty.iter().filter(|p| bright(p)).count() > 800,
+            "the map has bright fields"
+        );
+        assert!(
+            empty.iter().filter(|p| !bright(p)).count() > 800,
+            "the map has dark fields"
+        );
+        let shares = empty.iter().zip(&with_strand).filter(|(e, _)| bright(e));
+        let darkened: f64 = shares.map(|(e, s)| f64::from(1.0 - s[0] / e[0])).sum();
+        let covered = draw(&gpu, &[(points, 0.05, [0.0; 3])]);
+        let over_bright = covered.iter().zip(&empty).filter(|(_, e)| bright(e));
+        let expected: f64 = over_bright.map(|(c, _)| f64::from(c[3])).sum();
+        assert!(
+            (darkened / expected - 1.0).abs() < 0.01,
+            "{darkened} px^2 instead of {expected}"
+        );
+        let area = f64::from(total_alpha(&covered));
+        assert!(
+            (area / 2.0 - 1.0).abs() < 0.01,
+            "angle {k}: area {area} instead of 2"
+        );
+        assert!(
+            expected > 0.2 * area && expected < 0.8 * area,
+            "the strand crosses both fields"
+        );
+    }
+}

@@ -38,4 +38,6 @@ mod schemes;
 mod seen_colour;
 mod shaders;
 mod usd;
+mod views;
 mod volume;
+mod volume_work;

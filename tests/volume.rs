@@ -4,7 +4,7 @@ use balayage_render::gpu::{Gpu, MeanFibre, Transmittance};
 use balayage_render::groom::{Groom, read_groom};
 use balayage_render::light::SrbfLight;
 use balayage_render::param::{LobeRatios, PigmentSet, PointValues, VertexParams};
-use balayage_render::volume::{DensityVolume, Occluder, SegmentGrid, Strands, VolumeSettings, lobe};
+use balayage_render::volume::{DensityVolume, Occluder, SegmentGrid, Strands, VolumeSettings};
 use balayage_tests::{random, test_data};
 use glam::Vec3;
 use half::f16;
@@ -104,22 +104,8 @@ impl Records {
         assert_eq!(again, Default::default(), "nothing is stale after an update");
 
         let points = groom.point_count();
-        let (mut visibility, mut path) = (Vec::new(), Vec::new());
-        for batch in transmittance.batches() {
-            let count = batch.lights.len() * points;
-            visibility.extend(
-                gpu.read::<[f16; 4]>(&batch.visibility, count)
-                    .unwrap()
-                    .iter()
-                    .map(|r| r.map(f32::from)),
-            );
-            path.extend(
-                gpu.read::<[f16; 8]>(&batch.path, count)
-                    .unwrap()
-                    .iter()
-                    .map(|r| r.map(f32::from)),
-            );
-        }
+        let visibility = transmittance.visibility_records(gpu, points).unwrap();
+        let path = transmittance.path_records(gpu, points).unwrap();
         assert!(
             visibility
                 .iter()
@@ -138,27 +124,6 @@ impl Records {
     fn seen(&self, j: usize, point: usize) -> f32 {
         self.visibility[j * self.points + point][0].clamp(0.0, 1.0)
     }
-}
-
-/// Share of `rays` directions of the light's lobe that cross no other fibre.
-fn free_share(
-    grid: &SegmentGrid,
-    origin: Vec3,
-    strand: u32,
-    light: &SrbfLight,
-    rays: usize,
-    random: &mut impl Rng,
-) -> f32 {
-    let axis = light.direction.normalize();
-    let (tangent, bitangent) = lobe::frame(axis);
-    let free = (0..rays).filter(|&i| {
-        let u = (i as f64 + random.random::<f64>()) / rays as f64;
-        let cos = lobe::cosine_quantile(light.bandwidth, u) as f32;
-        let (sin_phi, cos_phi) = (random.random::<f32>() * std::f32::consts::TAU).sin_cos();
-        let w = axis * cos + (tangent * cos_phi + bitangent * sin_phi) * (1.0 - cos * cos).max(0.0).sqrt();
-        grid.is_free(origin, w, Some(strand))
-    });
-    free.count() as f32 / rays as f32
 }
 
 /// Random points of a groom, the same for the same number.
@@ -183,9 +148,7 @@ fn visibility_error(records: &Records, groom: &Groom, lights: &[SrbfLight], samp
             let mut random = random(point as u64);
             let position = groom.positions()[point];
             let errors = lights.iter().enumerate().map(|(j, light)| {
-                f64::from(
-                    records.seen(j, point) - free_share(&grid, position, strand, light, 256, &mut random),
-                )
+                f64::from(records.seen(j, point) - grid.free_share(position, strand, light, 256, &mut random))
             });
             errors.collect::<Vec<_>>()
         })

@@ -13,6 +13,8 @@ struct ShadeUniform {
     first_record: u32,         // of first_light in the batch
     adds: u32,                 // 0: the first dispatch of the frame
     multiple: u32,             // 0: M3, 1: Zinke 2008, 2: M2
+    together_first: u32,       // the lights that are weighed with those of the dispatch: they themselves, or all that stand for
+    together_count: u32,       // the uniform environment, whose other records other batches hold
 }
 
 // A light of which less than this share arrives at a point is not evaluated there, nor one whose share of all lights' power, as far as it

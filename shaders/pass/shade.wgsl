@@ -42,11 +42,17 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     var seen = Lobes(vec3f(0.0), vec3f(0.0), vec3f(0.0));
     var unshadowed = Lobes(vec3f(0.0), vec3f(0.0), vec3f(0.0));
     var light_count = 0u;
-    for (var j = 0u; j < shade.light_count; j++) {
-        // A light that is hidden all over its lobe; the share of a uniform environment that is seen wants every light.
-        let record = shade.first_record + j * shade.point_count;
-        let seen_at = mix(unpacked(visibility[record + point]), unpacked(visibility[record + next]), fraction);
-        let light = lights[shade.first_light + j];
+    for (var t = 0u; t < shade.together_count; t++) {
+        // A light that is hidden all over its lobe; the share of a uniform environment that is seen wants every light, those of other
+        // dispatches as if they were hidden.
+        let number = shade.together_first + t;
+        let j = number - shade.first_light;
+        var seen_at = vec4f(0.0);
+        if number >= shade.first_light && j < shade.light_count {
+            let record = shade.first_record + j * shade.point_count;
+            seen_at = mix(unpacked(visibility[record + point]), unpacked(visibility[record + next]), fraction);
+        }
+        let light = lights[number];
         let most = seen_at.x + 2.0 * length(seen_at.yzw);
         if skips_hidden && (most < NOTHING_ARRIVES || most * light.share < LITTLE) && !uniform_light { continue; }
         light_count++;
@@ -56,12 +62,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 
         // Visibility varies inside the light: it is asked for where each lobe gets its light from.
         var seen_by = vec3f(seen_at.x);
-        if frames[shade.first_light + j].visibility_count > 1u {
+        if frames[number].visibility_count > 1u {
             let slope = local_from_world * seen_at.yzw;
-            let mean = frames[shade.first_light + j].mean_cosine * light_local;
+            let mean = frames[number].mean_cosine * light_local;
             let asked = lobe_mean_directions(view, at.x, at.y, light.bandwidth);
-            for (var t = 0u; t < 3u; t++) {
-                seen_by[t] = saturate(seen_at.x + dot(slope, asked[t] - mean));
+            for (var lobe = 0u; lobe < 3u; lobe++) {
+                seen_by[lobe] = saturate(seen_at.x + dot(slope, asked[lobe] - mean));
             }
         }
         let r = lobes.r * seen_by.x;

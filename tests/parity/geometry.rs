@@ -35,7 +35,68 @@ fn area_below(x: f64, axis: DVec2) -> f64 {
     0.5 * twice.abs()
 }
 
+/// The nine harmonics as polynomials of any vector, times `c`.
+fn polynomial(c: &[f64], w: DVec3) -> f64 {
+    let (x, y, z) = (w.x, w.y, w.z);
+    let root = f64::sqrt;
+    c[0] + root(3.0) * (c[1] * x + c[2] * y + c[3] * z)
+        + root(15.0) * (c[4] * y * z + c[5] * x * z + c[6] * x * y + 0.5 * c[7] * (x * x - y * y))
+        + 0.5 * root(5.0) * c[8] * (2.0 * z * z - x * x - y * y)
+}
+
 pub const PARITIES: &[Parity] = &[
+    Parity {
+        covers: &["harmonics", "lobe_mean"],
+        file: "lib/harmonics.wgsl",
+        call: "
+            let c = array<f32, 9>(x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8]);
+            let w = vec3f(sin(x[9]), cos(x[9]) * cos(x[10]), cos(x[9]) * sin(x[10]));
+            let kappa = 2.0 / (x[11] * x[11]);
+            y = vec4f(lobe_mean(c, w, 1.0 / tanh(kappa) - 1.0 / kappa, x[11]), 0.0, 0.0, 0.0);",
+        domain: "coefficients -1 to 1, any axis, bandwidth 0.2 to 1.5; the reference is the mean over the lobe, sampled",
+        tolerance: 1e-4,
+        reason: "the factor of degree 2 is a difference of numbers near one",
+        calls: 512,
+        draw: |r| {
+            let mut x: Vec<f64> = (0..9).map(|_| between(r, -1.0, 1.0)).collect();
+            x.extend([between(r, -1.5, 1.5), between(r, -PI, PI), between(r, 0.2, 1.5)]);
+            x
+        },
+        reference: |x| {
+            let axis = direction(x[9], x[10]);
+            let (tangent, bitangent) = axis.any_orthonormal_pair();
+            let (mut sum, mut weight) = (0.0, 0.0);
+            let lowest = (1.0 - 20.0 * x[11] * x[11]).max(-1.0);
+            for i in 0..2000 {
+                let cos = lowest + (1.0 - lowest) * (f64::from(i) + 0.5) / 2000.0;
+                let (sin, g) = ((1.0 - cos * cos).sqrt(), (2.0 * (cos - 1.0) / (x[11] * x[11])).exp());
+                // Six azimuths are exact for degree 2.
+                for k in 0..6 {
+                    let (s, c) = (TAU * f64::from(k) / 6.0).sin_cos();
+                    sum += g * polynomial(x, axis * cos + (tangent * c + bitangent * s) * sin);
+                    weight += g;
+                }
+            }
+            vec![sum / weight]
+        },
+    },
+    Parity {
+        covers: &["harmonics_slope"],
+        file: "lib/harmonics.wgsl",
+        call: "
+            let c = array<f32, 9>(x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8]);
+            y = vec4f(harmonics_slope(c, vec3f(x[9], x[10], x[11])), 0.0);",
+        domain: "coefficients and vector -1 to 1; the reference is a difference of the polynomials, exact for degree 2",
+        tolerance: 1e-6,
+        reason: "rounding of f32",
+        calls: CALLS,
+        draw: |r| (0..12).map(|_| between(r, -1.0, 1.0)).collect(),
+        reference: |x| {
+            let w = DVec3::new(x[9], x[10], x[11]);
+            let slope = |e: DVec3| polynomial(x, w + 0.5 * e) - polynomial(x, w - 0.5 * e);
+            [DVec3::X, DVec3::Y, DVec3::Z].map(slope).to_vec()
+        },
+    },
     Parity {
         covers: &["direction", "angles"],
         file: "lib/shade.wgsl",

@@ -111,7 +111,8 @@ pub struct ShadeUniform {
     first_record: u32,
     adds: u32,
     multiple: u32,
-    padding: [u32; 2],
+    together_first: u32,
+    together_count: u32,
 }
 
 /// What shading reads besides the strands.
@@ -270,7 +271,7 @@ impl ShadePass {
             let holds = |batch: &&LightBatch| batch.lights.contains(light);
             if let Some(batch) = inputs.transmittance.batches().iter().find(holds) {
                 let range = *light..*light + 1;
-                let uniform = uniform(settings, strands, inputs, batch, range, Vec3::ZERO, true);
+                let uniform = uniform(settings, strands, inputs, batch, range);
                 lights.push(Run { batch, uniform });
             }
         }
@@ -432,7 +433,9 @@ struct Run<'a> {
 /// The dispatches of a frame: batch after batch, the user's lights apart from those that stand for the uniform environment.
 fn runs<'a>(settings: &ShadeSettings, strands: &StrandBuffers, inputs: &ShadeInputs<'a>) -> Vec<Run<'a>> {
     let mut runs: Vec<Run<'a>> = Vec::new();
-    for batch in inputs.transmittance.batches() {
+    let batches = inputs.transmittance.batches();
+    let all_uniform = inputs.real_light_count..batches.last().map_or(0, |batch| batch.lights.end);
+    for batch in batches {
         let split = inputs
             .real_light_count
             .clamp(batch.lights.start, batch.lights.end);
@@ -440,7 +443,7 @@ fn runs<'a>(settings: &ShadeSettings, strands: &StrandBuffers, inputs: &ShadeInp
             (batch.lights.start..split, Vec3::ZERO),
             (split..batch.lights.end, inputs.constant),
         ];
-        // Lights that stand for a uniform environment are weighed by their sum: these stay together.
+        // Lights that stand for a uniform environment are weighed by the sum of all of them, whatever batch holds them.
         let most = settings.method.lights_per_dispatch() as usize;
         let [(real, none), constant_lights] = parts;
         let chunks = real.clone().step_by(most).map(|first| {
@@ -451,46 +454,48 @@ fn runs<'a>(settings: &ShadeSettings, strands: &StrandBuffers, inputs: &ShadeInp
             .chain([constant_lights])
             .filter(|(lights, _)| !lights.is_empty())
         {
-            let uniform = uniform(
-                settings,
-                strands,
-                inputs,
-                batch,
-                lights,
-                constant,
-                !runs.is_empty(),
-            );
+            let together = if constant == Vec3::ZERO {
+                lights.clone()
+            } else {
+                all_uniform.clone()
+            };
+            let uniform = ShadeUniform {
+                constant: constant.to_array(),
+                adds: u32::from(!runs.is_empty()),
+                together_first: together.start,
+                together_count: together.len() as u32,
+                ..uniform(settings, strands, inputs, batch, lights)
+            };
             runs.push(Run { batch, uniform });
         }
     }
     runs
 }
 
-/// The uniform of a dispatch for consecutive lights of a batch; `adds`: to what is there.
+/// The uniform of a dispatch for consecutive lights of a batch, which add to what is there.
 fn uniform(
     settings: &ShadeSettings,
     strands: &StrandBuffers,
     inputs: &ShadeInputs<'_>,
     batch: &LightBatch,
     lights: Range<u32>,
-    constant: Vec3,
-    adds: bool,
 ) -> ShadeUniform {
     ShadeUniform {
         camera_position: inputs.camera_position.to_array(),
         vertex_count: strands.vertex_count,
-        constant: constant.to_array(),
+        constant: [0.0; 3],
         point_count: strands.point_count,
         terms: settings.terms.0,
         first_light: lights.start,
         light_count: lights.len() as u32,
         first_record: (lights.start - batch.lights.start) * strands.point_count,
-        adds: u32::from(adds),
+        adds: 1,
         multiple: match settings.multiple {
             Multiple::M3 | Multiple::Off => 0,
             Multiple::Zinke2008 => 1,
             Multiple::M2 => 2,
         },
-        padding: [0; 2],
+        together_first: lights.start,
+        together_count: lights.len() as u32,
     }
 }

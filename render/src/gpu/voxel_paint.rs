@@ -76,7 +76,7 @@ impl SegmentVoxels {
         };
         let last = self.first.len() - 1;
         // Most of the points: a list would cost more than it saves.
-        if ranges.iter().map(|range| range.len()).sum::<usize>() > last / 2 {
+        if ranges.iter().map(ExactSizeIterator::len).sum::<usize>() > last / 2 {
             return None;
         }
         let mut touched: Vec<u32> = ranges

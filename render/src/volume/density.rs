@@ -29,6 +29,8 @@ pub struct VolumeSettings {
     pub voxel_size: Option<f32>,
     /// Most voxels that may be stored (8 bytes each for the density, 32 for what paint adds); voxels grow until they fit.
     pub max_stored_voxels: u32,
+    /// Most parts that segments may be cut into (8 bytes each); voxels grow until they fit.
+    pub max_shares: u32,
 }
 
 impl Default for VolumeSettings {
@@ -37,6 +39,7 @@ impl Default for VolumeSettings {
             voxel_spacings: 1.25,
             voxel_size: None,
             max_stored_voxels: 4 << 20,
+            max_shares: 12 << 20,
         }
     }
 }
@@ -91,7 +94,9 @@ impl DensityVolume {
                 .map(|occluder| occluder.solid_voxels(&grid))
                 .unwrap_or_default();
             let (bricks, stored) = number_bricks(&grid, &clips, &solid);
-            if stored <= settings.max_stored_voxels || grid.brick_count() == 1 {
+            let too_many_voxels = stored as f32 / settings.max_stored_voxels.max(1) as f32;
+            let too_many_shares = clips.len() as f32 / settings.max_shares.max(1) as f32;
+            if too_many_voxels.max(too_many_shares) <= 1.0 || grid.brick_count() == 1 {
                 return Self::fill(
                     strands,
                     Grid {
@@ -103,7 +108,8 @@ impl DensityVolume {
                     &solid,
                 );
             }
-            voxel_size = grid.voxel_size * 1.05 * (stored as f32 / settings.max_stored_voxels as f32).cbrt();
+            // Voxels fall with the cube of their size, parts with the size itself.
+            voxel_size = grid.voxel_size * 1.05 * too_many_voxels.cbrt().max(too_many_shares).max(1.0);
         }
     }
 

@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use balayage_render::gpu::{Gpu, Method, Model, RenderSettings, Renderer, ShadeSettings};
+use balayage_render::gpu::{Gpu, Method, Model, RenderSettings, Renderer, ShadeSettings, Terms};
 use balayage_render::groom::{BALL_RADIUS, Groom, ball};
 use balayage_render::light::LightSet;
 use balayage_render::param::{LobeRatios, PigmentSet, PointValues, VertexParams};
@@ -16,6 +16,7 @@ use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
 
 use super::report::{Cell, Report, Table};
+use crate::cli::light_options::finite;
 use crate::cli::method_options::{ModelName, MultipleName};
 use crate::cli::{CliError, Console};
 
@@ -45,12 +46,18 @@ pub(super) struct FurnaceArgs {
     /// Directions that each is looked at from.
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1000))]
     views: u32,
+    /// Cuticle tilt of R, degrees; without tilt a fibre of d'Eon's that does not absorb loses nothing at any inclination.
+    #[arg(long, default_value_t = -5.0, allow_negative_numbers = true, value_parser = finite)]
+    alpha_deg: f32,
     /// What a fibre does to light.
     #[arg(long, value_enum, default_values_t = [ModelName::Marschner, ModelName::Deon])]
     model: Vec<ModelName>,
     /// How light that has crossed other fibres is added.
     #[arg(long, value_enum, default_value_t = MultipleName::M3)]
     multiple: MultipleName,
+    /// Terms that are added up, as `render` has them.
+    #[arg(long, value_name = "TERMS", default_value = "all")]
+    terms: Terms,
     /// Seed of the strands and of the points.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -76,7 +83,7 @@ pub(super) fn run(args: &FurnaceArgs, console: &mut Console<'_>) -> Result<(), C
     let start = Instant::now();
     let mut means = Vec::new();
     for (column, &(model, sigma_a)) in columns.iter().enumerate() {
-        renderer.set_params(&vec![params(sigma_a); groom.point_count()], &[])?;
+        renderer.set_params(&vec![params(sigma_a, args.alpha_deg); groom.point_count()], &[])?;
         let settings = RenderSettings {
             shade: ShadeSettings {
                 method: Method {
@@ -84,6 +91,7 @@ pub(super) fn run(args: &FurnaceArgs, console: &mut Console<'_>) -> Result<(), C
                     ..Method::default()
                 },
                 multiple: args.multiple.into(),
+                terms: args.terms,
                 ..ShadeSettings::default()
             },
             ..RenderSettings::default()
@@ -152,11 +160,15 @@ pub(super) fn run(args: &FurnaceArgs, console: &mut Console<'_>) -> Result<(), C
     Ok(console.result(report.json(), &report.text())?)
 }
 
-/// The usual fibre with that absorption in all channels.
-fn params(sigma_a: f32) -> VertexParams {
+/// The usual fibre with that absorption in all channels and that tilt.
+fn params(sigma_a: f32, alpha_deg: f32) -> VertexParams {
+    let values = PointValues {
+        alpha_deg,
+        ..PointValues::default()
+    };
     VertexParams {
         sigma_a: [sigma_a; 3],
-        ..PointValues::default().vertex_params(PigmentSet::default(), &LobeRatios::default())
+        ..values.vertex_params(PigmentSet::default(), &LobeRatios::default())
     }
 }
 

@@ -20,6 +20,8 @@ const POINTS: u32 = 16;
 const MIDDLE: u32 = 10_000;
 /// Voxel sizes in fibre spacings.
 const SPACINGS: [f32; 5] = [0.75, 1.0, 1.25, 1.5, 2.0];
+/// Size of the voxels that stays while strands are added, in those of the middle groom.
+const FIXED_VOXEL: f32 = 2.0;
 /// Shares of the strands that are painted.
 const DIRTY: [f32; 5] = [0.001, 0.01, 0.1, 0.4, 1.0];
 
@@ -67,7 +69,7 @@ pub(super) fn measure(gpu: &Gpu, report: &mut Report, console: &mut Console<'_>)
             Ok::<_, CliError>((volume, seconds))
         };
 
-    // The voxel size of the middle groom for all, so that only the strands differ.
+    // One voxel size for all, so that only the strands differ.
     let middle = hair(MIDDLE, &head)?;
     let (usual, _) = row(
         &mut transmittance,
@@ -76,7 +78,7 @@ pub(super) fn measure(gpu: &Gpu, report: &mut Report, console: &mut Console<'_>)
         &VolumeSettings::default(),
     )?;
     let fixed = VolumeSettings {
-        voxel_size: Some(usual.voxel_size),
+        voxel_size: Some(FIXED_VOXEL * usual.voxel_size),
         ..VolumeSettings::default()
     };
     let mut points = Vec::new();
