@@ -12,11 +12,17 @@ use glam::{Quat, Vec3};
 use std::ops::ControlFlow;
 
 const SIZE: [u32; 2] = [96, 96];
+const STRANDS: usize = 108;
 
 /// Wavy strands in a block, `turns` waves along each.
 fn wavy(turns: f32) -> Groom {
-    let strands = (0..240).map(|i| {
-        let root = Vec3::new(0.12 * (i % 20) as f32, 0.0, -0.12 * (i / 20) as f32);
+    wavy_and_thick(turns, 0.05)
+}
+
+/// The same with fibres of a diameter; a pixel of the usual picture is about 0.03.
+fn wavy_and_thick(turns: f32, diameter: f32) -> Groom {
+    let strands = (0..STRANDS).map(|i| {
+        let root = Vec3::new(0.2 * (i % 12) as f32, 0.0, -0.15 * (i / 12) as f32);
         (0..12)
             .map(|k| {
                 let s = k as f32 / 11.0;
@@ -25,7 +31,7 @@ fn wavy(turns: f32) -> Groom {
             })
             .collect::<Vec<_>>()
     });
-    Groom::from_strands(strands.collect::<Vec<_>>(), 0.05, 1.0)
+    Groom::from_strands(strands.collect::<Vec<_>>(), diameter, 1.0)
         .unwrap()
         .0
 }
@@ -75,17 +81,22 @@ struct Scene {
 
 impl Scene {
     fn new(gpu: &Gpu, groom: Groom, lights: &LightSet) -> Self {
-        let params = hair(&groom);
-        let mut renderer = Renderer::new(gpu).unwrap();
-        renderer.set_groom(&groom, None).unwrap();
-        renderer.set_params(&params, &[]).unwrap();
-        renderer.set_lights(lights);
-        Self {
-            params,
+        let mut scene = Self {
+            params: Vec::new(),
             camera: Camera::framing(groom.bounds(), 1.0),
-            groom,
-            renderer,
-        }
+            groom: groom.clone(),
+            renderer: Renderer::new(gpu).unwrap(),
+        };
+        scene.wear(groom);
+        scene.renderer.set_lights(lights);
+        scene
+    }
+
+    fn wear(&mut self, groom: Groom) {
+        self.params = hair(&groom);
+        self.renderer.set_groom(&groom, None).unwrap();
+        self.renderer.set_params(&self.params, &[]).unwrap();
+        self.groom = groom;
     }
 
     fn frame(&mut self, settings: &RenderSettings) -> FrameReport {
@@ -193,7 +204,8 @@ fn each_edit_costs_what_the_graph_says_and_no_more() {
     for point in &mut scene.params[240..252] {
         point.sigma_a = [2.0, 0.2, 0.1];
     }
-    scene.renderer.set_params(&scene.params, &[240..252]).unwrap();
+    let dirty = 240..252;
+    scene.renderer.set_params(&scene.params, &[dirty]).unwrap();
     let report = scene.frame(&painting);
     check(&report, &[Input::Parameters], &["parameter bytes uploaded"]);
     assert_eq!(
@@ -298,7 +310,8 @@ fn circular_hair_runs_no_elliptic_code() {
     let mut scene = Scene::new(&gpu, wavy(1.0), &lights(4));
     assert_eq!(scene.frame(&still).counter("elliptic evaluations"), 0);
     scene.params[3].eccentricity = 1.4;
-    scene.renderer.set_params(&scene.params, &[3..4]).unwrap();
+    let dirty = 3..4;
+    scene.renderer.set_params(&scene.params, &[dirty]).unwrap();
     let report = scene.frame(&still);
     let elliptic = report.counter("elliptic evaluations");
     assert!(elliptic > 0 && elliptic <= report.counter("single scattering evaluations"));
@@ -312,6 +325,7 @@ fn savings_change_the_picture_by_less_than_they_say() {
         ..RenderSettings::default()
     };
     let mut largest = 0_f64;
+    let mut scene = Scene::new(&gpu, wavy(0.0), &LightSet::default());
     let environments: Vec<_> = PRESETS.into_iter().filter(|name| *name != "uniform").collect();
     let environments: Vec<_> = environments
         .iter()
@@ -323,8 +337,7 @@ fn savings_change_the_picture_by_less_than_they_say() {
         (1.0, [0.05, 0.1, 0.2]),
         (3.0, [7.0, 8.0, 9.0]),
     ] {
-        let groom = wavy(turns);
-        let mut scene = Scene::new(&gpu, groom, &LightSet::default());
+        scene.wear(wavy(turns));
         for point in &mut scene.params {
             point.sigma_a = sigma_a;
         }
@@ -340,8 +353,8 @@ fn savings_change_the_picture_by_less_than_they_say() {
             assert!(all <= bound.sqrt(), "{name}, {turns} turns: {all}");
             largest = largest.max(all);
         }
+        let reference = scene.picture(&with(Savings::NONE));
         for saving in Saving::ALL {
-            let reference = scene.picture(&with(Savings::NONE));
             let error = rmse(&scene.picture(&with(Savings::NONE.with(saving))), &reference);
             assert!(
                 error <= saving.bound(),
@@ -424,11 +437,8 @@ fn fewer_wider_strands_keep_the_hairs_light() {
     settings.strand_share = 1.0;
     assert!((sum(&scene.picture(&settings)) / sum(&whole) - 1.0).abs() > 0.08);
 
-    // Far away strands are finer than a pixel: fewer are drawn, the light stays.
-    let (low, high) = scene.groom.bounds();
-    let centre = 0.5 * (low + high);
-    let away = 40.0 * (scene.camera.position() - centre);
-    scene.camera = Camera::look_at(centre + away, centre, scene.camera.fov_y_rad);
+    // Strands far finer than a pixel: fewer are drawn, the light stays.
+    let mut scene = Scene::new(&gpu, wavy_and_thick(1.0, 3e-4), &lights(6));
     let far = |savings| RenderSettings {
         savings,
         ..RenderSettings::default()
@@ -450,7 +460,7 @@ fn fewer_wider_strands_keep_the_hairs_light() {
     assert!(few > 0 && few < all, "{few} of {all}");
     let covered = |picture: &Picture| picture.pixels.iter().map(|p| f64::from(p[3])).sum::<f64>();
     let ratios = [covered(&level) / covered(&every), sum(&level) / sum(&every)];
-    assert!((ratios[0] - 1.0).abs() < 0.05, "{ratios:?}");
-    // Some 200 strands stand for the hair's colour: the error of a sample of them.
+    assert!((ratios[0] - 1.0).abs() < 0.1, "{ratios:?}");
+    // Few strands stand for the hair's colour: the error of a sample of them.
     assert!((ratios[1] - 1.0).abs() < 0.2, "{ratios:?}");
 }

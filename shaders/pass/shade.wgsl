@@ -47,15 +47,16 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         // dispatches as if they were hidden.
         let number = shade.together_first + t;
         let j = number - shade.first_light;
+        let is_own = number >= shade.first_light && j < shade.light_count;
         var seen_at = vec4f(0.0);
-        if number >= shade.first_light && j < shade.light_count {
+        if is_own {
             let record = shade.first_record + j * shade.point_count;
             seen_at = mix(unpacked(visibility[record + point]), unpacked(visibility[record + next]), fraction);
         }
         let light = lights[number];
         let most = seen_at.x + 2.0 * length(seen_at.yzw);
         if skips_hidden && (most < NOTHING_ARRIVES || most * light.share < LITTLE) && !uniform_light { continue; }
-        light_count++;
+        light_count += u32(is_own);
         let light_local = local_from_world * light.direction;
         let at = angles(light_local);
         let lobes = single_scattering(view, at.x, at.y, light.bandwidth);

@@ -67,7 +67,7 @@ impl Saving {
             Self::Gain | Self::Circular => 1e-5,
             Self::FewLights => 1e-3,
             Self::Absorbed => 2e-3,
-            Self::Hidden => 5e-3,
+            Self::Hidden => 1e-2,
             Self::Straight | Self::Turning => 2e-2,
             Self::Levels => 3e-2,
         }

@@ -27,6 +27,9 @@ const LEAST_ROWS_PER_LIGHT: f64 = 0.85;
 /// Rows of the cells that the mixture is seeded in, and of those that it ends in.
 const ROWS: [usize; 2] = [32, 64];
 
+/// Lights from which on a fit looks at what smooth hair sees as well.
+const LEAST_FOR_SMOOTH_HAIR: usize = 16;
+
 /// Steps of the mixture from a seed and from given lights, at the two resolutions.
 const COLD_STEPS: [usize; 2] = [20, 3];
 const WARM_STEPS: [usize; 2] = [0, 0];
@@ -250,10 +253,12 @@ pub fn fit_counted(
     } else {
         (COLD_STEPS, COLD_REFINEMENT)
     };
-    // What smooth hair sees costs several times more: a step of a sequence goes without.
+    // What smooth hair sees costs several times more: a step of a sequence goes without, and so do lights too few for it.
     let sights: &[Sight] = match (settings.objective, &warm) {
-        (Objective::Relative, None) => &[Sight::HAIR, Sight::SMOOTH_HAIR],
-        (Objective::Relative, Some(_)) => &[Sight::HAIR],
+        (Objective::Relative, None) if settings.count >= LEAST_FOR_SMOOTH_HAIR => {
+            &[Sight::HAIR, Sight::SMOOTH_HAIR]
+        }
+        (Objective::Relative, _) => &[Sight::HAIR],
         (Objective::L2, _) => &[Sight::L2],
     };
     let mut random = Pcg64Mcg::seed_from_u64(settings.seed);
