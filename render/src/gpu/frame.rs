@@ -1,6 +1,9 @@
 //! The frame: what is stale and seen is brought up to date, in the order of the crate's front page, then drawn.
 
+mod changes;
 mod debug_view;
+mod samples;
+mod settings;
 mod tiles;
 mod vertices;
 
@@ -14,78 +17,24 @@ use glam::Vec3;
 use super::camera::{Camera, CameraUniform};
 use super::head::{HeadBuffers, HeadPass, HeadShade, HeadTarget};
 use super::pick_map::PickMap;
-use super::raster::{PictureBuffers, Raster, ResolveInputs, ResolveUniform};
+use super::raster::{PictureBuffers, Raster};
 use super::report::FrameReport;
-use super::scene_lights::{LightChange, SceneLights};
-use super::shade::{ShadeInputs, ShadePass, ShadeSettings};
+use super::scene_lights::SceneLights;
+use super::shade::{ShadeInputs, ShadePass};
 use super::stale::{Changes, Input, Product};
 use super::strands::StrandBuffers;
 use super::transmittance::{MeanFibre, Transmittance, VolumeReport};
-use super::view::{ViewPass, ViewTransform};
+use super::view::ViewPass;
 pub use debug_view::{DebugView, FalseColours};
+use samples::Samples;
+pub use settings::RenderSettings;
 
-use super::{Gpu, GpuError, Quality, Saving, Savings};
+use super::{Gpu, GpuError, Saving};
 use crate::groom::{DEFAULT_MAX_TURN_RAD, Groom, Mesh, RefinedGroom, undergrowth};
 use crate::image::Picture;
 use crate::light::{EnvironmentMap, LightSet};
 use crate::param::VertexParams;
 use crate::volume::{Occluder, VolumeSettings};
-
-/// How a frame is drawn; what is drawn is the renderer's state.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RenderSettings {
-    /// What light does.
-    pub shade: ShadeSettings,
-    /// Camera samples a pixel (>= 1); coverage is exact with one, more smooth the shading between vertices.
-    pub samples: u32,
-    /// Display transform.
-    pub view: ViewTransform,
-    /// Display exposure in stops, on the picture only.
-    pub view_exposure_ev: f32,
-    /// Shows the environment behind the hair.
-    pub show_background: bool,
-    /// Display-linear colour behind the picture, a = 0: transparent.
-    pub backdrop: [f32; 4],
-    /// Exact rays per point and light that visibility comes from; 0: from the density of the voxels. More rays are a refinement: what was
-    /// traced for a picture stays for the next ones until strands or lights change.
-    pub visibility_rays: u32,
-    /// True while a hand moves something: what light loses on its way through freshly painted hair stays as it was (the paint itself is
-    /// shown), so that only painted vertices are shaded again, and so do other things that [`Saving`] names. The next frame without it
-    /// brings everything up to date.
-    pub interactive: bool,
-    /// Share of the strands that is drawn, each wider, so that the hair's area stays; 1: all of them.
-    pub strand_share: f32,
-    /// What need not be done.
-    pub savings: Savings,
-}
-
-impl Default for RenderSettings {
-    fn default() -> Self {
-        Self {
-            shade: ShadeSettings::default(),
-            samples: 1,
-            view: ViewTransform::Neutral,
-            view_exposure_ev: 0.0,
-            show_background: false,
-            backdrop: [0.0; 4],
-            visibility_rays: 0,
-            interactive: false,
-            strand_share: 1.0,
-            savings: Savings::ALL,
-        }
-    }
-}
-
-impl RenderSettings {
-    /// The settings with the savings that their quality bears: the highest is there to be compared with.
-    fn of_its_quality(&self) -> Self {
-        let mut settings = *self;
-        if settings.shade.method.quality == Quality::High {
-            settings.savings = settings.savings.exact();
-        }
-        settings
-    }
-}
 
 /// Everything on the GPU that one view of one groom needs; a cache of what the caller owns.
 pub struct Renderer {
@@ -458,137 +407,6 @@ impl Renderer {
         Ok(report)
     }
 
-    /// Notes what differs between the last frame and this one, and forgets the shading that it makes stale.
-    fn note_changes(&mut self, now: &LastFrame) {
-        let Some(last) = self.last else {
-            self.changes = Changes::ALL;
-            return;
-        };
-        let (old, new) = (&last.settings, &now.settings);
-        let coarsest = |settings: &RenderSettings| {
-            let mut shade = settings.shade;
-            shade.method.quality = Quality::Draft;
-            shade
-        };
-        let noted = [
-            (Input::Eye, last.camera.position() != now.camera.position()),
-            (
-                Input::Lens,
-                (last.camera, last.size, last.sample) != (now.camera, now.size, now.sample)
-                    || old.samples != new.samples,
-            ),
-            (
-                Input::Method,
-                coarsest(old) != coarsest(new) || old.savings != new.savings,
-            ),
-            (
-                Input::Quality,
-                (new.shade.method.quality as u32) > old.shade.method.quality as u32
-                    || old.visibility_rays != new.visibility_rays,
-            ),
-            (Input::Parameters, self.transmittance.lags() && !new.interactive),
-            (Input::Background, old.show_background != new.show_background),
-            (
-                Input::Display,
-                (old.view, old.view_exposure_ev, old.backdrop)
-                    != (new.view, new.view_exposure_ev, new.backdrop),
-            ),
-        ];
-        for (input, _) in noted.into_iter().filter(|(_, changed)| *changed) {
-            self.changes.note(input);
-        }
-        let Some(scene) = &self.scene else { return };
-        let (single, multiple) = (&scene.strands.single_work, &scene.strands.multiple_work);
-        if !new.savings.has(Saving::Untouched) {
-            self.changes = Changes::ALL;
-            self.transmittance.forget();
-        }
-        if self.changes.has(Input::Method) || self.changes.has(Input::Geometry) {
-            single.forget_all(&self.gpu);
-            multiple.forget_all(&self.gpu);
-            self.lag = Lag::default();
-        }
-        // What a moving hand left behind is done once it rests.
-        if !new.interactive && self.lag.few_lights {
-            single.forget_all(&self.gpu);
-            multiple.forget_all(&self.gpu);
-            self.changes.note(Input::Quality);
-            self.lag = Lag::default();
-        }
-        if self.changes.has(Input::Eye) {
-            single.forget_all(&self.gpu);
-        }
-        if self.changes.has(Input::Eye) || self.lag.multiple_eye.is_some() {
-            let from = self.lag.multiple_eye.unwrap_or(last.camera.position());
-            let turn = (from - scene.centre).angle_between(now.camera.position() - scene.centre);
-            if new.interactive && new.savings.has(Saving::Turning) && turn <= TURNING_RAD {
-                self.lag.multiple_eye = Some(from);
-            } else {
-                multiple.forget_all(&self.gpu);
-                self.lag.multiple_eye = None;
-                self.changes.note(Input::Quality);
-            }
-        }
-    }
-
-    /// Takes the lights that were given since the last frame. Where only a few changed their contribution is taken away, and they are
-    /// returned to be added again.
-    fn take_lights(
-        &mut self,
-        settings: &RenderSettings,
-        report: &mut FrameReport,
-    ) -> Result<Option<Vec<u32>>, GpuError> {
-        let (Some(next), Some(scene)) = (self.next_lights.take(), &self.scene) else {
-            return Ok(None);
-        };
-        // Only in the view of the last frame is it known which vertices are wanted.
-        let is_same_view = !self.changes.stale().has(Product::Fragments);
-        let savings = settings.savings;
-        let gpu = &self.gpu;
-        match self.lights.change(
-            next,
-            savings,
-            settings.interactive && is_same_view,
-            &self.transmittance,
-        ) {
-            LightChange::Nothing => Ok(None),
-            LightChange::Gain(gain) => {
-                self.lights.gain = gain;
-                self.changes.note(Input::LightGain);
-                Ok(None)
-            }
-            LightChange::Few(few, set) => {
-                let Some(last) = &self.last else {
-                    return Ok(None);
-                };
-                let dark = self.lights.negative(gpu)?;
-                let inputs = ShadeInputs {
-                    lights: &dark,
-                    ..scene.shade_inputs(&self.lights, &self.transmittance, last, self.frame)
-                };
-                report.time(gpu, "strand shading", |report| {
-                    let done = self
-                        .shade
-                        .add(gpu, &settings.shade, &scene.strands, &inputs, &few)?;
-                    report.count_shading(&done);
-                    Ok(())
-                })?;
-                self.lights.take(gpu, set, self.lights.gain)?;
-                let moved = self.transmittance.set_lights(gpu, &self.lights.lights)?;
-                self.changes.note(light_input(&moved));
-                self.lag.few_lights = true;
-                Ok(Some(few))
-            }
-            LightChange::All(set) => {
-                self.lights.take(gpu, set, Vec3::ONE)?;
-                let moved = self.transmittance.set_lights(gpu, &self.lights.lights)?;
-                self.changes.note(light_input(&moved));
-                scene.strands.forget_shading(gpu);
-                Ok(None)
-            }
-        }
-    }
-
     /// The last picture, scene-linear and premultiplied.
     ///
     /// # Errors
@@ -649,15 +467,6 @@ impl Renderer {
     }
 }
 
-/// What changes with lights some of which are marched in another way.
-fn light_input(moved: &[u32]) -> Input {
-    if moved.is_empty() {
-        Input::LightColours
-    } else {
-        Input::LightPlaces
-    }
-}
-
 fn refused(reason: &str) -> GpuError {
     GpuError::Refused {
         what: "the picture".to_owned(),
@@ -697,93 +506,4 @@ impl SceneBuffers {
             frame,
         }
     }
-}
-
-/// The camera samples of a picture.
-struct Samples<'a> {
-    gpu: &'a Gpu,
-    head_pass: &'a HeadPass,
-    background: &'a Background,
-    scene: &'a SceneBuffers,
-    target: &'a PictureBuffers,
-    gain: Vec3,
-    frame: f32,
-    is_head_stale: bool,
-    keeps_pixels: bool,
-}
-
-impl Samples<'_> {
-    /// Adds them up, each after `shade` has brought the vertices that it shows up to date; returns the number of fragments made.
-    fn draw(
-        &self,
-        raster: &mut Raster,
-        now: &LastFrame,
-        shade: &mut impl FnMut() -> Result<(), GpuError>,
-    ) -> Result<u64, GpuError> {
-        let Self {
-            gpu,
-            scene,
-            background,
-            target,
-            ..
-        } = self;
-        let settings = &now.settings;
-        let samples = settings.samples.max(1);
-        let uniform = |sample: u32| CameraUniform {
-            width_factor: now.sample.1,
-            ..CameraUniform::new(
-                &now.camera,
-                target.size,
-                subpixel(sample),
-                scene.near,
-                now.sample.0,
-            )
-        };
-        let is_held = samples == 1 && raster.holds(&uniform(0));
-        let touched_only = is_held && self.keeps_pixels;
-        if !touched_only {
-            let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            encoder.clear_buffer(&target.picture, 0, None);
-            gpu.queue.submit([encoder.finish()]);
-        }
-        let shown_background = background.size.filter(|_| settings.show_background);
-        let mut fragments = 0;
-        for sample in 0..samples {
-            let uniform = uniform(sample);
-            if let (Some(head), true) = (&scene.head, !is_held || self.is_head_stale) {
-                self.head_pass.draw(gpu, &uniform, head, &scene.head_target);
-            }
-            let resolve = ResolveUniform {
-                world_from_view: now.camera.world_from_camera.to_cols_array_2d(),
-                weight: 1.0 / samples as f32,
-                has_head: u32::from(scene.head.is_some()),
-                has_background: u32::from(shown_background.is_some()),
-                background_turn_rad: background.turn_rad,
-                background_scale: background.scale.to_array(),
-                frame: self.frame,
-                gain: self.gain.to_array(),
-                pad: 0,
-                background_size: shown_background.unwrap_or([1, 1]),
-                pad_end: [0; 2],
-            };
-            let inputs = ResolveInputs {
-                strands: &scene.strands,
-                head: &scene.head_target,
-                background: &background.pixels,
-                target,
-                has_head: scene.head.is_some(),
-                interpolates_straight: settings.savings.has(Saving::Straight),
-                touched_only,
-            };
-            fragments += raster.draw(gpu, &uniform, &resolve, &inputs, &mut *shade)?;
-        }
-        Ok(fragments)
-    }
-}
-
-/// Offset of a camera sample in pixels: the R2 sequence (Roberts 2018), the first one at the pixel's centre.
-fn subpixel(sample: u32) -> [f32; 2] {
-    const PLASTIC: f64 = 1.324_717_957_244_746;
-    [1.0 / PLASTIC, 1.0 / (PLASTIC * PLASTIC)]
-        .map(|step| ((0.5 + f64::from(sample) * step).fract() - 0.5) as f32)
 }

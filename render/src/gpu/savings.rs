@@ -1,5 +1,6 @@
 //! Work that a frame need not do. Each saving can be switched off, to see what it saves and what it costs in accuracy.
 
+use std::fmt;
 use std::str::FromStr;
 
 /// One way to do less.
@@ -117,6 +118,19 @@ impl Default for Savings {
     }
 }
 
+impl fmt::Display for Savings {
+    /// What [`FromStr`] reads.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let made = Saving::ALL.into_iter().filter(|saving| self.has(*saving));
+        let names: Vec<_> = made.map(Saving::name).collect();
+        match names.len() {
+            0 => f.write_str("none"),
+            n if n == Saving::ALL.len() => f.write_str("all"),
+            _ => f.write_str(&names.join(",")),
+        }
+    }
+}
+
 impl FromStr for Savings {
     type Err = String;
 
@@ -135,5 +149,29 @@ impl FromStr for Savings {
                     })
                 }
             })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_read_as_they_are_written() {
+        let some = Savings::NONE.with(Saving::Unseen).with(Saving::Levels);
+        for savings in [
+            Savings::ALL,
+            Savings::NONE,
+            some,
+            Savings::ALL.without(Saving::Gain),
+        ] {
+            assert_eq!(savings.to_string().parse(), Ok(savings));
+        }
+        assert_eq!(some.to_string(), "unseen,levels");
+        let refused = "unseen,lazy".parse::<Savings>().unwrap_err();
+        assert!(
+            refused.contains("lazy") && refused.contains("few-lights"),
+            "{refused}"
+        );
     }
 }

@@ -3,6 +3,10 @@
 //! Passes, in order: `averages` (table of what one fibre does), `density_paint` (losses per voxel), `transmittance_visibility` or, once a
 //! view rests, `visibility_exact`, `transmittance_path`. Visibility depends on geometry and lights; the path sums on paint as well.
 
+mod exact_lights;
+mod mean_fibre;
+mod volume_buffers;
+
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,15 +14,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use bytemuck::{Pod, Zeroable};
 use serde::{Deserialize, Serialize};
 
-use super::sh9::{Harmonics, VolumeParts};
-use super::voxel_paint::{DirtyPoints, SegmentVoxels, paint_run};
+use exact_lights::ExactLights;
+pub use mean_fibre::MeanFibre;
+use volume_buffers::VolumeBuffers;
+
+use super::sh9::Harmonics;
+use super::voxel_paint::{DirtyPoints, paint_run};
 use super::work_list::{DONE, Lister, WorkList};
 use super::{Gpu, GpuError, Kernel, Method, Model};
 use crate::gpu::tables::scattering_tables;
 use crate::light::SrbfLight;
-use crate::param::VertexParams;
-use crate::volume::lobe::{LobeDirection, LobeLight, exact_tables, lobe_tables};
-use crate::volume::{BRICK_VOXELS, DensityVolume, Grid, Occluder, Strands, VolumeSettings};
+use crate::volume::lobe::{LobeDirection, LobeLight, lobe_tables};
+use crate::volume::{DensityVolume, Occluder, Strands, VolumeSettings};
 
 /// Bytes of a visibility record: a, b of T(w) = a + b . (w - A w_j) as four half floats.
 pub const VISIBILITY_BYTES: u64 = 8;
@@ -85,44 +92,12 @@ pub struct TransmittanceReport {
     pub path_rays: u64,
 }
 
-/// The volume on the GPU.
-struct VolumeBuffers {
-    grid: wgpu::Buffer,
-    bricks: wgpu::Buffer,
-    density: wgpu::Buffer,
-    first_share: wgpu::Buffer,
-    shares: wgpu::Buffer,
-    forward: wgpu::Buffer,
-    behind: wgpu::Buffer,
-    points: wgpu::Buffer,
-    point_ends: wgpu::Buffer,
-    every_point: wgpu::Buffer,
-    visibility_work: WorkList,
-    path_work: WorkList,
-    point_count: u32,
-    stored_voxels: u32,
-    brick_count: u32,
-    /// Mean diameter of the fibres, voxels.
-    mean_diameter: f32,
-    segment_voxels: SegmentVoxels,
-}
-
 /// The lights on the GPU.
 struct LightBuffers {
     frames: Vec<LobeLight>,
     lights: wgpu::Buffer,
     directions: wgpu::Buffer,
     exact: Option<ExactLights>,
-}
-
-/// The lights with the directions of exact rays, so many to a light.
-struct ExactLights {
-    rays: u32,
-    total_rays: u64,
-    /// Weight of the marched record, per light.
-    prior: Vec<f32>,
-    lights: wgpu::Buffer,
-    directions: wgpu::Buffer,
 }
 
 /// Uniform of the marches, same layout as `LightRun` in the passes.
@@ -133,50 +108,6 @@ struct LightRun {
     light: u32,
     first_record: u32,
     prior: f32,
-}
-
-/// The fibre whose averages stand for the whole groom, whatever its absorption; same layout as `Fibre` in `shaders/lib/fibre.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct MeanFibre {
-    /// Not read: the table runs over absorption.
-    sigma_a: [f32; 3],
-    /// Index of refraction.
-    pub eta: f32,
-    /// Tilt of R, TT, TRT, radians.
-    pub alpha: [f32; 3],
-    /// Not read: the averages are a circular fibre's.
-    eccentricity: f32,
-    /// Standard deviation of R, TT, TRT in theta_h, radians.
-    pub beta: [f32; 3],
-    /// Azimuthal bandwidth w_c, radians.
-    pub azimuthal_width: f32,
-}
-
-impl MeanFibre {
-    /// Mean of all points' parameters; of the default parameters where there are none. beta is the root of the mean of beta^2.
-    pub fn of(params: &[VertexParams]) -> Self {
-        let count = params.len().max(1) as f64;
-        let mean = |value: fn(&VertexParams) -> f64| params.iter().map(value).sum::<f64>() / count;
-        let alpha_of = |lobe: fn(&VertexParams) -> f64| mean(lobe) as f32;
-        let beta_of = |lobe: fn(&VertexParams) -> f64| mean(lobe).sqrt() as f32;
-        Self {
-            sigma_a: [0.0; 3],
-            eta: mean(|p| f64::from(p.eta)) as f32,
-            alpha: [
-                alpha_of(|p| f64::from(p.alpha_rad)),
-                alpha_of(|p| f64::from(p.alpha_rad * p.alpha_ratios[0])),
-                alpha_of(|p| f64::from(p.alpha_rad * p.alpha_ratios[1])),
-            ],
-            eccentricity: 1.0,
-            beta: [
-                beta_of(|p| f64::from(p.beta_rad).powi(2)),
-                beta_of(|p| f64::from(p.beta_rad * p.beta_ratios[0]).powi(2)),
-                beta_of(|p| f64::from(p.beta_rad * p.beta_ratios[1]).powi(2)),
-            ],
-            azimuthal_width: mean(|p| f64::from(p.azimuthal_width)) as f32,
-        }
-    }
 }
 
 /// What has to run again.
@@ -644,91 +575,6 @@ enum Records<'a> {
     Visibility,
     Exact(&'a ExactLights),
     Path,
-}
-
-/// Exact rays that the march through the voxels is worth, measured: its root mean square error is theirs.
-const MARCH_WORTH: f32 = 16.0;
-
-/// Rays per light above which the march has nothing to add.
-const REFERENCE_RAYS: u32 = 128;
-
-/// Weight of the marched record beside `count` rays, where `rays` were asked for.
-fn prior(rays: u32, count: u32) -> f32 {
-    if rays >= REFERENCE_RAYS {
-        return 0.0;
-    }
-    MARCH_WORTH / (MARCH_WORTH + count as f32)
-}
-
-impl ExactLights {
-    fn new(gpu: &Gpu, lights: &[SrbfLight], rays: u32) -> Result<Self, GpuError> {
-        let (frames, directions) = exact_tables(lights, rays);
-        Ok(Self {
-            rays,
-            prior: frames
-                .iter()
-                .map(|frame| prior(rays, frame.visibility_count))
-                .collect(),
-            total_rays: frames.iter().map(|frame| u64::from(frame.visibility_count)).sum(),
-            lights: gpu.storage_of("lights of exact rays", &frames)?,
-            directions: gpu.storage_of("directions of exact rays", &directions)?,
-        })
-    }
-}
-
-impl VolumeBuffers {
-    fn upload(gpu: &Gpu, volume: &DensityVolume, strands: &Strands<'_>) -> Result<Self, GpuError> {
-        let grid: Grid = volume.grid;
-        let paint_bytes = 16 * u64::from(grid.stored_voxels);
-        let points: Vec<[f32; 4]> = strands
-            .positions
-            .iter()
-            .zip(strands.diameters)
-            .map(|(position, diameter)| {
-                let p = grid.grid_from_world(*position).as_vec3();
-                [p.x, p.y, p.z, diameter / grid.voxel_size]
-            })
-            .collect();
-        let mut ends = vec![0_u32; points.len()];
-        for index in 0..strands.strand_count() {
-            let points = strands.strand(index);
-            ends[points.clone()].fill((index as u32) << 2);
-            ends[points.start] |= 1;
-            ends[points.end - 1] |= 2;
-        }
-        Ok(Self {
-            grid: gpu.uniform_of("volume grid", &grid),
-            bricks: gpu.storage_of("volume bricks", &volume.bricks)?,
-            density: gpu.storage_of("volume density", &volume.density)?,
-            first_share: gpu.storage_of("voxel shares' ends", &volume.first_share)?,
-            shares: gpu.storage_of("voxel shares", &volume.shares)?,
-            forward: gpu.storage("voxel forward losses", paint_bytes)?,
-            behind: gpu.storage("voxel decay", paint_bytes)?,
-            points: gpu.storage_of("points in grid space", &points)?,
-            point_ends: gpu.storage_of("strand ends", &ends)?,
-            every_point: gpu.storage_of("every point", &vec![1_u32; points.len()])?,
-            visibility_work: WorkList::new(gpu, "visibility to do", points.len() as u32)?,
-            path_work: WorkList::new(gpu, "path sums to do", points.len() as u32)?,
-            point_count: points.len() as u32,
-            stored_voxels: grid.stored_voxels,
-            brick_count: grid.brick_count() as u32,
-            mean_diameter: points.iter().map(|p| p[3]).sum::<f32>() / points.len().max(1) as f32,
-            segment_voxels: SegmentVoxels::new(volume, points.len()),
-        })
-    }
-
-    fn parts(&self) -> VolumeParts<'_> {
-        VolumeParts {
-            grid: &self.grid,
-            bricks: &self.bricks,
-            density: &self.density,
-            points: &self.points,
-            point_count: self.point_count,
-            brick_count: self.brick_count,
-            stored_bricks: self.stored_voxels / BRICK_VOXELS,
-            mean_diameter: self.mean_diameter,
-        }
-    }
 }
 
 /// As many lights a batch as the adapter's limits allow.

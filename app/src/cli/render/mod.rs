@@ -10,7 +10,7 @@ mod wedge;
 use std::{fs, ops::RangeInclusive, path::PathBuf};
 
 use balayage_render::{
-    gpu::{Camera, DebugView, FrameReport, Gpu, RenderSettings, Terms},
+    gpu::{Camera, DebugView, FrameReport, Gpu, RenderSettings, Savings, Terms},
     image::Metadata,
 };
 use clap::{Args, ValueEnum};
@@ -93,6 +93,10 @@ pub(super) struct RenderArgs {
     /// False colours instead of the picture (PNG): transmittance, fibres, a-f, density, overdraw or non-finite; the legend is printed.
     #[arg(long, value_name = "NAME")]
     debug_view: Option<DebugView>,
+    /// Work that need not be done: all, none, or some of unseen, untouched, gain, few-lights, hidden, circular, absorbed, straight, levels,
+    /// turning. The highest quality makes only those that change nothing.
+    #[arg(long, value_name = "NAMES", default_value = "all")]
+    savings: Savings,
     /// Unpainted parameters, as eumelanin=1.3; repeat for more.
     #[arg(long = "set", value_name = "CHANNEL=VALUE")]
     settings: Vec<HairOption>,

@@ -126,6 +126,7 @@ pub(super) fn settings(args: &RenderArgs, document: &Document) -> RenderSettings
             visibility: args.transmittance.into(),
         },
         samples: args.samples,
+        savings: args.savings,
         view: match args.view {
             ViewName::Neutral => ViewTransform::Neutral,
             ViewName::Agx => ViewTransform::Agx,
