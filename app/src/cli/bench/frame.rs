@@ -8,7 +8,7 @@ use balayage_render::gpu::{
 use balayage_render::image::Picture;
 use balayage_render::light::{LightSet, SrbfLight};
 use balayage_render::param::VertexParams;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use glam::{Quat, Vec3};
 use serde_json::json;
 
@@ -34,12 +34,24 @@ pub(super) struct FrameArgs {
     /// Frames of every edit, whose median counts.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100))]
     frames: u32,
-    /// Measures the published method and brute force as well: minutes in software.
-    #[arg(long)]
-    methods: bool,
-    /// Directions a light of brute force, with --methods.
+    /// What is measured; the methods (the published one and brute force) take minutes in software.
+    #[arg(long, value_enum, value_name = "WHAT,WHAT", value_delimiter = ',', default_values_t = [Part::Edits, Part::Savings, Part::Growth])]
+    only: Vec<Part>,
+    /// Directions a light of brute force, for the methods.
     #[arg(long, value_name = "N,N", value_delimiter = ',', default_values_t = [16, 64, 256])]
     directions: Vec<u32>,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Part {
+    /// What each kind of edit costs.
+    Edits,
+    /// Shading and drawing with each saving against none.
+    Savings,
+    /// Cost against lights, vertices and painted points.
+    Growth,
+    /// Shading and drawing by each method against the finest.
+    Methods,
 }
 
 /// Share of the strands and of the pixels' sides while the view moves.
@@ -66,17 +78,26 @@ pub(super) fn run(args: &FrameArgs, console: &mut Console<'_>) -> Result<(), Cli
             0.5 * (low + high)
         },
     };
-    let steps = if args.methods { 5 } else { 4 };
-    let progress = console.progress(steps, "measuring");
-    let mut tables = bench.edits()?;
-    progress.at(1);
-    tables.push(bench.savings()?);
-    progress.at(2);
-    let (growth, series) = bench.growth()?;
-    tables.push(growth);
-    progress.at(4);
-    if args.methods {
-        tables.push(bench.methods(&args.directions)?);
+    let progress = console.progress(args.only.len() as u64, "measuring");
+    let (mut tables, mut plots) = (Vec::new(), Vec::new());
+    for (step, part) in args.only.iter().enumerate() {
+        match part {
+            Part::Edits => tables.extend(bench.edits()?),
+            Part::Savings => tables.push(bench.savings()?),
+            Part::Growth => {
+                let (table, series) = bench.growth()?;
+                tables.push(table);
+                plots.push(Plot {
+                    name: "frame_growth",
+                    title: "Shading against what is shaded".to_owned(),
+                    x_label: "share of the whole (lights, strands, painted points)",
+                    y_label: "milliseconds of shading",
+                    series,
+                });
+            }
+            Part::Methods => tables.push(bench.methods(&args.directions)?),
+        }
+        progress.at(step as u64 + 1);
     }
     drop(progress);
     let groom = document.groom();
@@ -95,13 +116,7 @@ pub(super) fn run(args: &FrameArgs, console: &mut Console<'_>) -> Result<(), Cli
             "image difference: root mean square over the covered pixels, relative to theirs".to_owned(),
         ],
         tables,
-        plots: vec![Plot {
-            name: "frame_growth",
-            title: "Shading against what is shaded".to_owned(),
-            x_label: "share of the whole (lights, strands, painted points)",
-            y_label: "milliseconds of shading",
-            series,
-        }],
+        plots,
     };
     let written = report.write(&args.output)?;
     let mut value = report.json();
@@ -487,7 +502,7 @@ impl Bench {
         Ok((table, series))
     }
 
-    /// Whole frames by each method against the finest: what an error costs.
+    /// Shading and drawing anew by each method against the finest: what an error costs. What was marched stays.
     fn methods(&mut self, directions: &[u32]) -> Result<Table, CliError> {
         let mut table = Table::new(
             "frame_methods",
@@ -495,7 +510,7 @@ impl Bench {
         );
         let settings = |scheme, quality, savings: Savings| {
             let mut settings = RenderSettings {
-                savings: savings.without(Saving::Untouched),
+                savings: savings.with(Saving::Untouched),
                 ..RenderSettings::default()
             };
             settings.shade.method = Method {
@@ -505,7 +520,8 @@ impl Bench {
             };
             settings
         };
-        let (_, reference) = self.picture(&settings(Scheme::Nodes, Quality::High, Savings::NONE))?;
+        let finest = settings(Scheme::Nodes, Quality::High, Savings::NONE);
+        let (_, reference) = self.picture(&finest)?;
         let mut rows = vec![
             (
                 "nodes, draft".to_owned(),
@@ -537,13 +553,15 @@ impl Bench {
         }
         for (name, scheme, quality, savings) in rows {
             let settings = settings(scheme.checked().map_err(CliError::Usage)?, quality, savings);
-            if savings == Savings::ALL {
+            // The first picture of a variant compiles it; where that is nothing beside the picture it is spared.
+            if !matches!(scheme, Scheme::Directional { directions: 100.. }) {
                 self.frame(&settings)?;
+                self.frame(&finest)?;
             }
             let (cost, picture) = self.picture(&settings)?;
             table.row([
                 Cell::from(name),
-                if savings == Savings::ALL { "all" } else { "none" }.into(),
+                if savings == Savings::NONE { "none" } else { "all" }.into(),
                 cost.total().into(),
                 cost.pass("strand shading").into(),
                 picture.difference(&reference, 1).tile_rmse.into(),
