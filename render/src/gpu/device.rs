@@ -107,8 +107,7 @@ impl Gpu {
     /// # Errors
     /// [`GpuError::TooLarge`] above the adapter's limits.
     pub fn storage(&self, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
-        let limits = self.device.limits();
-        let limit = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
+        let limit = self.most_bound_bytes();
         if bytes > limit {
             return Err(GpuError::TooLarge {
                 what: label.to_owned(),
@@ -141,6 +140,12 @@ impl Gpu {
             contents: bytemuck::bytes_of(value),
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
         })
+    }
+
+    /// Bytes of the largest storage buffer that the adapter binds.
+    pub fn most_bound_bytes(&self) -> u64 {
+        let limits = self.device.limits();
+        limits.max_buffer_size.min(limits.max_storage_buffer_binding_size)
     }
 
     /// Bytes of GPU memory that this device holds, where its backend tells.

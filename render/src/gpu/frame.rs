@@ -22,7 +22,7 @@ use super::report::FrameReport;
 use super::scene_lights::SceneLights;
 use super::shade::{ShadeInputs, ShadePass};
 use super::stale::{Changes, Input, Product};
-use super::strands::StrandBuffers;
+use super::strands::{RefinedVertex, StrandBuffers};
 use super::transmittance::{MeanFibre, Transmittance, VolumeReport};
 use super::view::ViewPass;
 pub use debug_view::{DebugView, FalseColours};
@@ -141,13 +141,14 @@ impl Renderer {
         })
     }
 
-    /// Takes a groom and the head that it grows on; parameters have to follow.
+    /// Takes a groom and the head that it grows on; parameters have to follow. Where the refined strands exceed what the adapter binds they
+    /// are refined less.
     ///
     /// # Errors
     /// [`GpuError::TooLarge`].
     pub fn set_groom(&mut self, groom: &Groom, head: Option<&Mesh>) -> Result<VolumeReport, GpuError> {
         let gpu = &self.gpu;
-        let refined = RefinedGroom::new(groom, DEFAULT_MAX_TURN_RAD);
+        let refined = refined_within(groom, gpu.most_bound_bytes() / size_of::<RefinedVertex>() as u64);
         let occluder = head.map(|mesh| Occluder {
             positions: mesh.positions(),
             triangles: mesh.triangles(),
@@ -467,6 +468,18 @@ impl Renderer {
     }
 }
 
+/// The refined strands, their tangents turning by the usual angle between two vertices, or by so much more that there are no more than `most`.
+fn refined_within(groom: &Groom, most: u64) -> RefinedGroom {
+    let mut turn = DEFAULT_MAX_TURN_RAD;
+    loop {
+        let refined = RefinedGroom::new(groom, turn);
+        if refined.point_count() as u64 <= most || turn >= std::f32::consts::PI {
+            return refined;
+        }
+        turn *= 1.5;
+    }
+}
+
 fn refused(reason: &str) -> GpuError {
     GpuError::Refused {
         what: "the picture".to_owned(),
@@ -505,5 +518,25 @@ impl SceneBuffers {
             savings: now.settings.savings,
             frame,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strands_are_refined_less_where_they_would_not_fit() {
+        let strand: Vec<_> = (0..12)
+            .map(|k| Vec3::new((k as f32).cos(), (k as f32).sin(), 0.1 * k as f32))
+            .collect();
+        let (groom, _) = Groom::from_strands(vec![strand; 4], 0.01, 1.0).expect("a sound groom");
+        let usual = refined_within(&groom, u64::MAX);
+        assert_eq!(usual, RefinedGroom::new(&groom, DEFAULT_MAX_TURN_RAD));
+        let fewer = refined_within(&groom, usual.point_count() as u64 / 3);
+        assert!(3 * fewer.point_count() <= usual.point_count());
+        assert!(fewer.point_count() >= groom.point_count());
+        // No groom is refused for it: its own points are the least.
+        assert!(refined_within(&groom, 1).point_count() >= groom.point_count());
     }
 }

@@ -579,8 +579,7 @@ enum Records<'a> {
 
 /// As many lights a batch as the adapter's limits allow.
 fn allocate_batches(gpu: &Gpu, point_count: u32, light_count: u32) -> Result<Vec<LightBatch>, GpuError> {
-    let limits = gpu.device.limits();
-    let limit = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
+    let limit = gpu.most_bound_bytes();
     let per_light = PATH_BYTES * u64::from(point_count).max(1);
     let lights_per_batch = (limit / per_light).clamp(1, u64::from(light_count.max(1))) as usize;
     (0..light_count)
