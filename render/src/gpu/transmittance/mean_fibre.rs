@@ -25,25 +25,33 @@ pub struct MeanFibre {
 impl MeanFibre {
     /// Mean of all points' parameters; of the default parameters where there are none. beta is the root of the mean of beta^2.
     pub fn of(params: &[VertexParams]) -> Self {
-        let count = params.len().max(1) as f64;
-        let mean = |value: fn(&VertexParams) -> f64| params.iter().map(value).sum::<f64>() / count;
-        let alpha_of = |lobe: fn(&VertexParams) -> f64| mean(lobe) as f32;
-        let beta_of = |lobe: fn(&VertexParams) -> f64| mean(lobe).sqrt() as f32;
+        // One pass: this runs after every dab.
+        let mut sums = [0.0; 8];
+        for p in params {
+            let (alpha, beta) = (p.alpha_rad, p.beta_rad);
+            let values = [
+                p.eta,
+                p.azimuthal_width,
+                alpha,
+                alpha * p.alpha_ratios[0],
+                alpha * p.alpha_ratios[1],
+                beta,
+                beta * p.beta_ratios[0],
+                beta * p.beta_ratios[1],
+            ];
+            for (k, (sum, value)) in sums.iter_mut().zip(values.map(f64::from)).enumerate() {
+                *sum += if k < 5 { value } else { value * value };
+            }
+        }
+        let mean = sums.map(|sum| sum / params.len().max(1) as f64);
+        let beta_of = |k: usize| mean[k].sqrt() as f32;
         Self {
             sigma_a: [0.0; 3],
-            eta: mean(|p| f64::from(p.eta)) as f32,
-            alpha: [
-                alpha_of(|p| f64::from(p.alpha_rad)),
-                alpha_of(|p| f64::from(p.alpha_rad * p.alpha_ratios[0])),
-                alpha_of(|p| f64::from(p.alpha_rad * p.alpha_ratios[1])),
-            ],
+            eta: mean[0] as f32,
+            alpha: [mean[2] as f32, mean[3] as f32, mean[4] as f32],
             eccentricity: 1.0,
-            beta: [
-                beta_of(|p| f64::from(p.beta_rad).powi(2)),
-                beta_of(|p| f64::from(p.beta_rad * p.beta_ratios[0]).powi(2)),
-                beta_of(|p| f64::from(p.beta_rad * p.beta_ratios[1]).powi(2)),
-            ],
-            azimuthal_width: mean(|p| f64::from(p.azimuthal_width)) as f32,
+            beta: [beta_of(5), beta_of(6), beta_of(7)],
+            azimuthal_width: mean[1] as f32,
         }
     }
 }
