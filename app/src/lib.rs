@@ -4,6 +4,7 @@
 
 pub mod cli;
 pub mod document;
+mod pace;
 pub mod paint;
 mod problem;
 pub mod tool;

@@ -17,7 +17,6 @@ mod light_map;
 mod light_place;
 mod lighting;
 mod menus;
-mod pace;
 mod palette;
 mod panel_brush;
 mod panel_dye;

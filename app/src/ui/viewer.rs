@@ -12,15 +12,14 @@ use std::{
 };
 
 use balayage_render::{
-    gpu::{Camera, DebugView, FrameReport, Gpu, GpuError, Quality, RenderSettings, Renderer},
+    gpu::{Camera, DebugView, FrameReport, Gpu, GpuError, RenderSettings, Renderer},
     groom::{Groom, Mesh},
     light::{EnvironmentMap, LightSet},
     param::VertexParams,
 };
 use glam::Vec3;
 
-use super::pace::Pace;
-use crate::{paint::DirtyRanges, tool::PickFrame};
+use crate::{pace::Pace, paint::DirtyRanges, tool::PickFrame};
 
 /// A view that is wanted.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -392,26 +391,22 @@ impl Worker {
         let mut size = view.size;
         match (effort, self.last) {
             (Effort::Touch, Some((_, last_size))) => {
-                settings.interactive = true;
-                settings.samples = 1;
-                settings.shade.method.quality = Quality::Draft;
-                settings.strand_share = self.touched_share;
+                settings = RenderSettings {
+                    strand_share: self.touched_share,
+                    ..self.pace.settings(settings)
+                };
                 size = last_size;
             }
             (Effort::Quick, _) => {
-                settings.interactive = true;
-                settings.samples = 1;
-                settings.shade.method.quality = Quality::Draft;
-                settings.strand_share = self.pace.strand_share;
+                settings = self.pace.settings(settings);
                 size = self.pace.size(size);
             }
             (Effort::Refined(rays), _) => settings.visibility_rays = rays,
             _ => {}
         }
         self.touched_share = settings.strand_share;
-        // Only what nobody waits for is given up: a hand that never rests would see no picture at all.
-        let can_be_given_up = matches!(effort, Effort::Refined(_));
-        renderer.set_interrupt(can_be_given_up.then(|| self.shared.has_news.clone()));
+        // Only what is drawn in a moment of rest is given up: a hand that never rests would see no picture at all.
+        renderer.set_interrupt(due.is_some().then(|| self.shared.has_news.clone()));
         let report = match renderer.render(&view.camera, size, &settings) {
             Err(GpuError::Interrupted) => return Ok(None),
             drawn => drawn?,

@@ -41,7 +41,7 @@ pub enum GpuError {
         /// Bytes the adapter allows.
         limit: u64,
     },
-    /// Somebody asked for it: [`super::Transmittance::set_interrupt`].
+    /// Somebody asked for it: [`super::Renderer::set_interrupt`].
     #[error("the picture was given up for a newer one")]
     Interrupted,
     /// The device was lost or a read-back failed.

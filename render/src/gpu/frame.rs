@@ -55,6 +55,7 @@ pub struct Renderer {
     /// What changed since the last frame.
     changes: Changes,
     lag: Lag,
+    interrupt: Option<Arc<AtomicBool>>,
     /// Number of the frame, from 1 on; whole and exact up to 2^24.
     frame: f32,
     /// Bytes of parameters that were sent since the last frame.
@@ -135,6 +136,7 @@ impl Renderer {
             last: None,
             changes: Changes::ALL,
             lag: Lag::default(),
+            interrupt: None,
             frame: 0.0,
             sent_bytes: 0,
             gpu: gpu.clone(),
@@ -251,9 +253,11 @@ impl Renderer {
         self.background.scale = scale;
     }
 
-    /// While the flag is true a refinement by exact rays is given up ([`GpuError::Interrupted`]): the hand has moved on.
+    /// While the flag is true exact rays and shading are given up ([`GpuError::Interrupted`]): the hand has moved on. What was done until
+    /// then is kept for the next frame.
     pub fn set_interrupt(&mut self, interrupt: Option<Arc<AtomicBool>>) {
-        self.transmittance.set_interrupt(interrupt);
+        self.transmittance.set_interrupt(interrupt.clone());
+        self.interrupt = interrupt;
     }
 
     /// Draws what is stale; nothing where nothing has changed since the last frame.
@@ -346,7 +350,8 @@ impl Renderer {
                 })?;
                 // What a vertex was shaded with has changed where better rays were traced.
                 if done.exact_rays > 0 {
-                    scene.strands.single_work.forget_all(&gpu);
+                    self.shade
+                        .demote(&gpu, &scene.strands, settings.shade.method.quality)?;
                 }
                 report.count("voxels painted", done.painted_voxels);
                 report.count("visibility rays", done.visibility_rays);
@@ -356,7 +361,10 @@ impl Renderer {
                 if done.painted_voxels > 0 {
                     scene.strands.multiple_work.forget_all(&gpu);
                 }
-                let inputs = scene.shade_inputs(&self.lights, &self.transmittance, &now, self.frame);
+                let inputs = ShadeInputs {
+                    interrupt: self.interrupt.as_deref(),
+                    ..scene.shade_inputs(&self.lights, &self.transmittance, &now, self.frame)
+                };
                 report.time(&gpu, "strand shading", |report| {
                     if let Some(few) = few.take() {
                         let done = self
@@ -517,6 +525,7 @@ impl SceneBuffers {
             transmittance,
             savings: now.settings.savings,
             frame,
+            interrupt: None,
         }
     }
 }

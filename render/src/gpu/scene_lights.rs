@@ -28,10 +28,21 @@ pub(super) enum LightChange {
     Nothing,
     /// All of it times a factor.
     Gain(Vec3),
-    /// Those numbered changed; the whole list, in units of the factor that is there.
-    Few(Vec<u32>, LightSet),
+    /// Few changed.
+    Few(FewLights),
     /// The whole list.
     All(LightSet),
+}
+
+/// Lights that changed, by number.
+#[derive(Debug, PartialEq)]
+pub(super) struct FewLights {
+    /// Lights that stand elsewhere, or are marched in another way.
+    pub(super) moved: Vec<u32>,
+    /// Lights of another radiance, where they were.
+    pub(super) recoloured: Vec<u32>,
+    /// The whole list, in units of the factor that is there.
+    pub(super) set: LightSet,
 }
 
 impl SceneLights {
@@ -90,22 +101,32 @@ impl SceneLights {
             && same_constant
         {
             let mut set = self.set.clone();
-            let mut few = Vec::new();
-            for (i, (old, new)) in set.lights.iter_mut().zip(&next.lights).enumerate() {
-                if !is_same_place(old, new) || !is_scaled(new.radiance, old.radiance, self.gain) {
-                    *old = SrbfLight {
-                        radiance: new.radiance / self.gain,
-                        ..*new
-                    };
-                    few.push(i as u32);
-                }
+            let (mut moved, mut recoloured) = (Vec::new(), Vec::new());
+            for (i, (old, new)) in (0..).zip(set.lights.iter_mut().zip(&next.lights)) {
+                let list = if !is_same_place(old, new) {
+                    &mut moved
+                } else if !is_scaled(new.radiance, old.radiance, self.gain) {
+                    &mut recoloured
+                } else {
+                    continue;
+                };
+                list.push(i);
+                *old = SrbfLight {
+                    radiance: new.radiance / self.gain,
+                    ..*new
+                };
             }
             // A light whose share of the power changed may be marched in another way.
-            few.extend(marches.moved_by(&frame_lights(&set)));
-            few.sort_unstable();
-            few.dedup();
-            if 4 * few.len() <= self.lights.len() {
-                return LightChange::Few(few, set);
+            moved.extend(marches.moved_by(&frame_lights(&set)));
+            moved.sort_unstable();
+            moved.dedup();
+            recoloured.retain(|light| !moved.contains(light));
+            if 4 * (moved.len() + recoloured.len()) <= self.lights.len() {
+                return LightChange::Few(FewLights {
+                    moved,
+                    recoloured,
+                    set,
+                });
             }
         }
         LightChange::All(next)
@@ -123,13 +144,20 @@ impl SceneLights {
         Ok(())
     }
 
-    /// The lights with negative radiance.
-    pub(super) fn negative(&self, gpu: &Gpu) -> Result<wgpu::Buffer, GpuError> {
+    /// What makes the lights into those of `few`, but for what those that moved give where they are then.
+    pub(super) fn difference(&self, gpu: &Gpu, few: &FewLights) -> Result<wgpu::Buffer, GpuError> {
         let mut uniforms = light_uniforms(&self.lights);
-        for light in &mut uniforms {
-            light.radiance = light.radiance.map(|x| -x);
+        let next = light_uniforms(&frame_lights(&few.set));
+        for (number, (light, new)) in (0..).zip(uniforms.iter_mut().zip(next)) {
+            if few.moved.contains(&number) {
+                light.radiance = light.radiance.map(|x| -x);
+            } else {
+                light.radiance = std::array::from_fn(|c| new.radiance[c] - light.radiance[c]);
+                // Where one of them counts the difference does.
+                light.share = light.share.max(new.share);
+            }
         }
-        gpu.storage_of("lights taken away", &uniforms)
+        gpu.storage_of("what is new of the lights", &uniforms)
     }
 }
 

@@ -2,7 +2,8 @@
 
 mod settings;
 
-use std::ops::Range;
+use std::ops::{AddAssign, Range};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -53,7 +54,13 @@ pub struct ShadeInputs<'a> {
     pub savings: Savings,
     /// Number of this frame.
     pub frame: f32,
+    /// While the flag is true shading ends where it is.
+    pub interrupt: Option<&'a AtomicBool>,
 }
+
+/// Vertices that are shaded between two looks at the interrupt, on a GPU and in software: some hundredths of a second.
+const UNINTERRUPTED: u32 = 1 << 17;
+const SOFTWARE_UNINTERRUPTED: u32 = 1 << 11;
 
 /// The passes, compiled for the variants that were used last.
 pub struct ShadePass {
@@ -96,6 +103,16 @@ pub struct ShadeReport {
     pub hidden: u64,
 }
 
+impl AddAssign for ShadeReport {
+    fn add_assign(&mut self, other: Self) {
+        self.vertices += other.vertices;
+        self.single += other.single;
+        self.elliptic += other.elliptic;
+        self.multiple += other.multiple;
+        self.hidden += other.hidden;
+    }
+}
+
 impl ShadePass {
     /// Uploads the scattering tables; the passes are compiled at the first frame, when their quality is known.
     ///
@@ -110,10 +127,23 @@ impl ShadePass {
         })
     }
 
+    /// What is shaded of the wanted vertices counts as done less well than `quality`; the picture keeps it until then.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`].
+    pub fn demote(&self, gpu: &Gpu, strands: &StrandBuffers, quality: Quality) -> Result<(), GpuError> {
+        let (wanted, below) = (&strands.wanted_vertices, level(quality) - 1);
+        strands
+            .single_work
+            .collect_again(gpu, &self.lister, wanted, below)?;
+        Ok(())
+    }
+
     /// Brings the radiance of the strands' wanted vertices up to date.
     ///
     /// # Errors
-    /// [`GpuError::Refused`] when a shader does not compile, [`GpuError::Lost`].
+    /// [`GpuError::Refused`] when a shader does not compile, [`GpuError::Interrupted`] (what was shaded until then is kept),
+    /// [`GpuError::Lost`].
     pub fn run(
         &mut self,
         gpu: &Gpu,
@@ -132,24 +162,32 @@ impl ShadePass {
             encoder.clear_buffer(&strands.radiance, 0, None);
         }
         gpu.queue.submit([encoder.finish()]);
-        let (lister, quality) = (&self.lister, settings.method.quality);
-        let points = if settings.scatters_often() && !lights.is_empty() {
-            let level = level(multiple_quality(quality));
-            strands
-                .multiple_work
-                .collect(gpu, lister, &strands.wanted_points, level)?
-        } else {
-            0
+
+        let most = match inputs.interrupt {
+            None => u32::MAX,
+            Some(_) if gpu.is_software => SOFTWARE_UNINTERRUPTED,
+            Some(_) => UNINTERRUPTED,
         };
-        let vertices = if lights.is_empty() {
-            0
-        } else {
-            strands
-                .single_work
-                .collect(gpu, lister, &strands.wanted_vertices, level(quality))?
-        };
-        let mut report = self.scatter(gpu, settings, strands, inputs, &lights, [vertices, points])?;
-        report.vertices = u64::from(vertices);
+        let quality = settings.method.quality;
+        let multiple_level = level(multiple_quality(quality));
+        let mut report = ShadeReport::default();
+        let mut left = !lights.is_empty();
+        while left {
+            if inputs.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed)) {
+                return Err(GpuError::Interrupted);
+            }
+            let (points, vertices) = (&strands.multiple_work, &strands.single_work);
+            let points = if settings.scatters_often() {
+                points.collect_some(gpu, &self.lister, &strands.wanted_points, multiple_level, most)?
+            } else {
+                0
+            };
+            let vertices =
+                vertices.collect_some(gpu, &self.lister, &strands.wanted_vertices, level(quality), most)?;
+            report += self.scatter(gpu, settings, strands, inputs, &lights, [vertices, points])?;
+            report.vertices += u64::from(vertices);
+            left = vertices.max(points) == most;
+        }
 
         let uniform = gpu.uniform_of(
             "radiance",
@@ -171,8 +209,7 @@ impl ShadePass {
         Ok(report)
     }
 
-    /// Adds what the lights numbered `few` give to the wanted vertices that are up to date but for them; a negative radiance takes away
-    /// what they gave. Vertices that are up to date and not wanted become stale.
+    /// Adds what the lights numbered `few` give to the wanted vertices that are up to date but for them; a negative radiance takes away. Vertices that are up to date and not wanted become stale.
     ///
     /// # Errors
     /// [`GpuError::Refused`] when a shader does not compile, [`GpuError::Lost`].
@@ -184,6 +221,9 @@ impl ShadePass {
         inputs: &ShadeInputs<'_>,
         few: &[u32],
     ) -> Result<ShadeReport, GpuError> {
+        if few.is_empty() {
+            return Ok(ShadeReport::default());
+        }
         let mut lights = Vec::new();
         for light in few {
             let holds = |batch: &&LightBatch| batch.lights.contains(light);
@@ -300,7 +340,7 @@ impl ShadePass {
 
 /// How well a vertex is done by a quality: better ones stay when less is asked for.
 fn level(quality: Quality) -> u32 {
-    1 + quality as u32
+    2 + quality as u32
 }
 
 /// Multiple scattering is an approximation of some percent: only pictures to compare with want its integrals finer.

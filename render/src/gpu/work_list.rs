@@ -90,7 +90,22 @@ impl WorkList {
         wanted: &wgpu::Buffer,
         level: u32,
     ) -> Result<u32, GpuError> {
-        self.list(gpu, &lister.to_do, wanted, level)
+        self.collect_some(gpu, lister, wanted, level, u32::MAX)
+    }
+
+    /// The same with no more than `most` of these items; the others stay as they are.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`].
+    pub fn collect_some(
+        &self,
+        gpu: &Gpu,
+        lister: &Lister,
+        wanted: &wgpu::Buffer,
+        level: u32,
+        most: u32,
+    ) -> Result<u32, GpuError> {
+        self.list(gpu, &lister.to_do, wanted, [level, most])
     }
 
     /// Fills the list with the items that are done and wanted, which then count as done no better than `level`, and returns their number;
@@ -105,17 +120,23 @@ impl WorkList {
         wanted: &wgpu::Buffer,
         level: u32,
     ) -> Result<u32, GpuError> {
-        self.list(gpu, &lister.again, wanted, level)
+        self.list(gpu, &lister.again, wanted, [level, u32::MAX])
     }
 
-    fn list(&self, gpu: &Gpu, pass: &Kernel, wanted: &wgpu::Buffer, level: u32) -> Result<u32, GpuError> {
-        let level = gpu.uniform_of("level of work", &[level, 0, 0, 0]);
+    fn list(
+        &self,
+        gpu: &Gpu,
+        pass: &Kernel,
+        wanted: &wgpu::Buffer,
+        [level, most]: [u32; 2],
+    ) -> Result<u32, GpuError> {
+        let asked = gpu.uniform_of("work asked for", &[level, most, 0, 0]);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         encoder.clear_buffer(&self.items, 0, Some(4));
         gpu.queue.submit([encoder.finish()]);
         let bound = pass.bind(
             gpu,
-            &[(0, wanted), (1, &self.done), (2, &self.items), (3, &level)],
+            &[(0, wanted), (1, &self.done), (2, &self.items), (3, &asked)],
         );
         pass.run(gpu, &bound, self.count);
         Ok(gpu.read::<u32>(&self.items, 1)?[0])

@@ -3,6 +3,7 @@
 mod compare;
 mod edits;
 mod growth;
+mod orbit;
 
 use std::path::PathBuf;
 
@@ -14,6 +15,7 @@ use clap::{Args, ValueEnum};
 use glam::Vec3;
 use serde_json::json;
 
+use super::generated::generated;
 use super::plot::Plot;
 use super::report::Report;
 use crate::cli::groom_options::GroomOptions;
@@ -28,6 +30,9 @@ pub(super) struct FrameArgs {
     /// Folder for tables and plots.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
+    /// Generated straight hair of so many strands, 16 points each, in place of INPUT.
+    #[arg(long, value_name = "N", conflicts_with = "input", value_parser = clap::value_parser!(u32).range(1..=500_000))]
+    strands: Option<u32>,
     #[command(flatten)]
     light: LightOptions,
     /// Width and height of the picture, pixels.
@@ -37,7 +42,7 @@ pub(super) struct FrameArgs {
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100))]
     frames: u32,
     /// What is measured; the methods (the published one and brute force) take minutes in software.
-    #[arg(long, value_enum, value_name = "WHAT,WHAT", value_delimiter = ',', default_values_t = [Part::Edits, Part::Savings, Part::Growth])]
+    #[arg(long, value_enum, value_name = "WHAT,WHAT", value_delimiter = ',', default_values_t = [Part::Edits, Part::Savings, Part::Growth, Part::Orbit])]
     only: Vec<Part>,
     /// Directions a light of brute force, for the methods.
     #[arg(long, value_name = "N,N", value_delimiter = ',', default_values_t = [16, 64, 256])]
@@ -52,14 +57,17 @@ enum Part {
     Savings,
     /// Cost against lights, vertices and painted points.
     Growth,
+    /// The view turned by a hand: pictures within their budget.
+    Orbit,
     /// Shading and drawing by each method against the finest.
     Methods,
 }
 
 pub(super) fn run(args: &FrameArgs, console: &mut Console<'_>) -> Result<(), CliError> {
-    let mut document = match &args.input {
-        Some(path) => open(path, &GroomOptions::default(), console)?,
-        None => Document::sample()?.document,
+    let mut document = match (&args.input, args.strands) {
+        (Some(path), _) => open(path, &GroomOptions::default(), console)?,
+        (None, Some(strands)) => generated(&args.output, strands, console)?,
+        (None, None) => Document::sample()?.document,
     };
     document.apply(Edit::SetLight(args.light.applied_to(&document)))?;
     let gpu = Gpu::headless()?;
@@ -94,6 +102,7 @@ pub(super) fn run(args: &FrameArgs, console: &mut Console<'_>) -> Result<(), Cli
                     series,
                 });
             }
+            Part::Orbit => tables.push(bench.orbit(gpu.is_software)?),
             Part::Methods => tables.push(bench.methods(&args.directions)?),
         }
         progress.at(step as u64 + 1);

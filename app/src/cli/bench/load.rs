@@ -4,17 +4,17 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use balayage_render::gpu::{Camera, Gpu, RenderSettings, Renderer};
-use balayage_render::groom::{GeneratorSettings, HairStyle, Mesh, generate, write_groom};
 use balayage_render::param::Channel;
 use clap::Args;
 use serde_json::json;
 
+use super::generated::write_generated;
 use super::plot::{Plot, Series};
 use super::report::{Cell, Report, Table};
 use crate::cli::groom_options::GroomOptions;
 use crate::cli::light_options::LightOptions;
 use crate::cli::{CliError, Console, open, render};
-use crate::document::{Document, Edit};
+use crate::document::Edit;
 use crate::paint::{Operation, OperationId, Shape, StrokeValue};
 use crate::tool::dab_at;
 
@@ -32,9 +32,6 @@ pub(super) struct LoadArgs {
     #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = render::size)]
     size: [u32; 2],
 }
-
-/// Points of a strand.
-const POINTS: u32 = 16;
 
 /// Steps that are timed, in their order.
 const STEPS: [&str; 6] = [
@@ -57,11 +54,6 @@ struct Loaded {
 
 pub(super) fn run(args: &LoadArgs, console: &mut Console<'_>) -> Result<(), CliError> {
     let gpu = Gpu::headless()?;
-    let head = Document::sample()?.document.load_head()?;
-    let head =
-        head.ok_or_else(|| CliError::Input("the built-in sample has no head: reinstall".to_owned()))?;
-    std::fs::create_dir_all(&args.output)
-        .map_err(|e| CliError::Input(format!("{}: {e}; name another folder", args.output.display())))?;
     let mut table = Table::new(
         "load",
         ["strands", "points"].into_iter().chain(STEPS).chain([
@@ -75,7 +67,7 @@ pub(super) fn run(args: &LoadArgs, console: &mut Console<'_>) -> Result<(), CliE
         points: Vec::new(),
     });
     for strands in &args.strands {
-        let loaded = load(args, *strands, &gpu, &head, console)?;
+        let loaded = load(args, *strands, &gpu, console)?;
         let points = loaded.points as f64;
         let mut row = vec![
             Cell::Count(u64::from(*strands)),
@@ -122,16 +114,9 @@ fn load(
     args: &LoadArgs,
     strand_count: u32,
     gpu: &Gpu,
-    head: &Mesh,
     console: &mut Console<'_>,
 ) -> Result<Loaded, CliError> {
-    let path = args.output.join(format!("load-{strand_count}.hair"));
-    let settings = GeneratorSettings {
-        strand_count,
-        points_per_strand: POINTS,
-        ..GeneratorSettings::new(HairStyle::Straight)
-    };
-    write_groom(&path, &generate(&settings, head)?)?;
+    let path = write_generated(&args.output, strand_count)?;
 
     let mut seconds = [0.0; STEPS.len()];
     let mut clock = Instant::now();

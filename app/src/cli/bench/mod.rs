@@ -3,6 +3,7 @@
 mod end_to_end;
 mod frame;
 mod furnace;
+mod generated;
 mod light_steps;
 mod lights;
 mod load;

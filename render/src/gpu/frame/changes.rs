@@ -82,8 +82,8 @@ impl Renderer {
         }
     }
 
-    /// Takes the lights that were given since the last frame. Where only a few changed their contribution is taken away, and they are
-    /// returned to be added again.
+    /// Takes the lights that were given since the last frame. Where only a few changed what is new of their radiance is added; those that
+    /// moved are taken away, and returned to be added where they are.
     pub(super) fn take_lights(
         &mut self,
         settings: &RenderSettings,
@@ -108,27 +108,28 @@ impl Renderer {
                 self.changes.note(Input::LightGain);
                 Ok(None)
             }
-            LightChange::Few(few, set) => {
+            LightChange::Few(few) => {
                 let Some(last) = &self.last else {
                     return Ok(None);
                 };
-                let dark = self.lights.negative(gpu)?;
+                let difference = self.lights.difference(gpu, &few)?;
+                let changed = [&few.moved[..], &few.recoloured].concat();
                 let inputs = ShadeInputs {
-                    lights: &dark,
+                    lights: &difference,
                     ..scene.shade_inputs(&self.lights, &self.transmittance, last, self.frame)
                 };
                 report.time(gpu, "strand shading", |report| {
                     let done = self
                         .shade
-                        .add(gpu, &settings.shade, &scene.strands, &inputs, &few)?;
+                        .add(gpu, &settings.shade, &scene.strands, &inputs, &changed)?;
                     report.count_shading(&done);
                     Ok(())
                 })?;
-                self.lights.take(gpu, set, self.lights.gain)?;
+                self.lights.take(gpu, few.set, self.lights.gain)?;
                 let moved = self.transmittance.set_lights(gpu, &self.lights.lights)?;
                 self.changes.note(light_input(&moved));
                 self.lag.few_lights = true;
-                Ok(Some(few))
+                Ok(Some(few.moved))
             }
             LightChange::All(set) => {
                 self.lights.take(gpu, set, Vec3::ONE)?;

@@ -73,6 +73,7 @@ impl Renderer {
             // The points are wanted themselves, whatever they lie between.
             savings: settings.savings.without(Saving::Straight),
             frame: self.frame,
+            interrupt: None,
         };
         self.shade.run(&gpu, &settings.shade, strands, &inputs)?;
         let radiance: Vec<[f32; 4]> = gpu.read(&strands.radiance, strands.vertex_count as usize)?;

@@ -67,7 +67,14 @@ impl Bench {
     pub(super) fn methods(&mut self, directions: &[u32]) -> Result<Table, CliError> {
         let mut table = Table::new(
             "frame_methods",
-            ["method", "savings", "all ms", "shading ms", "image difference"],
+            [
+                "method",
+                "savings",
+                "strands",
+                "all ms",
+                "shading ms",
+                "image difference",
+            ],
         );
         let settings = |scheme, quality, savings: Savings| {
             let mut settings = RenderSettings {
@@ -83,37 +90,36 @@ impl Bench {
         };
         let finest = settings(Scheme::Nodes, Quality::High, Savings::NONE);
         let (_, reference) = self.picture(&finest)?;
-        let mut rows = vec![
-            (
-                "nodes, draft".to_owned(),
-                Scheme::Nodes,
-                Quality::Draft,
-                Savings::ALL,
-            ),
-            (
-                "nodes, standard".into(),
-                Scheme::Nodes,
-                Quality::Standard,
-                Savings::ALL,
-            ),
-            ("nodes, high".into(), Scheme::Nodes, Quality::High, Savings::ALL),
-            (
-                "xu2011, m = 4".into(),
-                Scheme::Xu2011 { segments: 4 },
-                Quality::Standard,
-                Savings::NONE,
-            ),
-        ];
+        let mut rows = Vec::new();
+        for (name, quality) in [
+            ("nodes, high", Quality::High),
+            ("nodes, standard", Quality::Standard),
+            ("nodes, draft", Quality::Draft),
+        ] {
+            rows.push((name.to_owned(), Scheme::Nodes, quality, Savings::ALL, 1.0));
+        }
+        for share in [0.5, 0.25, 0.125] {
+            let draft = "nodes, draft".to_owned();
+            rows.push((draft, Scheme::Nodes, Quality::Draft, Savings::ALL, share));
+        }
+        let published = Scheme::Xu2011 { segments: 4 };
+        let standard = Quality::Standard;
+        rows.push(("xu2011, m = 4".into(), published, standard, Savings::NONE, 1.0));
         for n in directions {
+            let scheme = Scheme::Directional { directions: *n };
             rows.push((
                 format!("directional, N = {n}"),
-                Scheme::Directional { directions: *n },
-                Quality::Standard,
+                scheme,
+                standard,
                 Savings::NONE,
+                1.0,
             ));
         }
-        for (name, scheme, quality, savings) in rows {
-            let settings = settings(scheme.checked().map_err(CliError::Usage)?, quality, savings);
+        for (name, scheme, quality, savings, share) in rows {
+            let settings = RenderSettings {
+                strand_share: share,
+                ..settings(scheme.checked().map_err(CliError::Usage)?, quality, savings)
+            };
             // The first picture of a variant compiles it; where that is nothing beside the picture it is spared.
             if !matches!(scheme, Scheme::Directional { directions: 100.. }) {
                 self.frame(&settings)?;
@@ -123,6 +129,7 @@ impl Bench {
             table.row([
                 Cell::from(name),
                 if savings == Savings::NONE { "none" } else { "all" }.into(),
+                f64::from(share).into(),
                 cost.total().into(),
                 cost.pass("strand shading").into(),
                 picture.difference(&reference, 1).tile_rmse.into(),

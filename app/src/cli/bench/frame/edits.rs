@@ -33,7 +33,7 @@ const WORK: [&str; 9] = [
 
 impl Bench {
     /// The camera turned about the hair.
-    fn orbited(&self, degrees: f32) -> Camera {
+    pub(super) fn orbited(&self, degrees: f32) -> Camera {
         let turn = Quat::from_rotation_y(degrees.to_radians());
         let eye = self.centre + turn * (self.camera.position() - self.centre);
         Camera::look_at(eye, self.centre, self.camera.fov_y_rad)

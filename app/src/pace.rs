@@ -1,5 +1,7 @@
 //! How much a picture may hold while a hand moves: learnt from what the last ones cost.
 
+use balayage_render::gpu::{Quality, RenderSettings};
+
 /// Milliseconds that a picture may take while a hand moves, on a GPU and in software.
 const BUDGET_MS: f64 = 33.0;
 const SOFTWARE_BUDGET_MS: f64 = 150.0;
@@ -9,17 +11,18 @@ const LEAST_SHARE: f32 = 1.0 / 32.0;
 
 /// What the next quick picture is drawn with.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Pace {
+pub(crate) struct Pace {
     /// Share of the strands.
-    pub(super) strand_share: f32,
+    pub(crate) strand_share: f32,
     /// Pixels of the viewport's side to one of the picture's.
     divisor: u32,
-    budget_ms: f64,
+    /// Milliseconds that a picture may take.
+    pub(crate) budget_ms: f64,
 }
 
 impl Pace {
     /// Before anything is known: little enough that the first picture comes soon.
-    pub(super) fn unknown(is_software: bool) -> Self {
+    pub(crate) fn unknown(is_software: bool) -> Self {
         Self {
             strand_share: if is_software { 0.125 } else { 1.0 },
             divisor: if is_software { 2 } else { 1 },
@@ -31,14 +34,26 @@ impl Pace {
         }
     }
 
+    /// A quick picture's settings, where `full` are those of a view at rest.
+    pub(crate) fn settings(&self, full: RenderSettings) -> RenderSettings {
+        let mut quick = RenderSettings {
+            interactive: true,
+            samples: 1,
+            strand_share: self.strand_share,
+            ..full
+        };
+        quick.shade.method.quality = Quality::Draft;
+        quick
+    }
+
     /// Size of the picture for a viewport of `size` pixels.
-    pub(super) fn size(&self, size: [u32; 2]) -> [u32; 2] {
+    pub(crate) fn size(&self, size: [u32; 2]) -> [u32; 2] {
         size.map(|side| (side / self.divisor).max(1))
     }
 
     /// Learns from a picture that took so long. Its cost grows with the strands: strands are given up first in proportion, then pixels;
     /// pixels come back once all strands take less than a third of the budget.
-    pub(super) fn learn(&mut self, milliseconds: f64) {
+    pub(crate) fn learn(&mut self, milliseconds: f64) {
         let room = (self.budget_ms / milliseconds.max(0.1)) as f32;
         let share = (self.strand_share * room.clamp(0.25, 2.0)).clamp(LEAST_SHARE, 1.0);
         // Within a tenth the picture keeps its strands: another choice of them shimmers.

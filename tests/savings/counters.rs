@@ -1,0 +1,209 @@
+//! Work counted after every kind of edit.
+
+use super::*;
+use balayage_render::gpu::stale::{Changes, Input, Product};
+
+/// What each counter is work on.
+const COUNTERS: [(&str, Product); 10] = [
+    ("voxels painted", Product::Losses),
+    ("visibility rays", Product::Visibility),
+    ("exact rays", Product::Visibility),
+    ("path rays", Product::PathSums),
+    ("multiple scattering evaluations", Product::Multiple),
+    ("vertices shaded", Product::Single),
+    ("single scattering evaluations", Product::Single),
+    ("head vertices shaded", Product::Head),
+    ("fragments", Product::Fragments),
+    ("parameter bytes uploaded", Product::Losses),
+];
+
+#[test]
+fn each_edit_costs_what_the_graph_says_and_no_more() {
+    let gpu = Gpu::headless().unwrap();
+    let still = RenderSettings::default();
+    let mut scene = Scene::new(&gpu, wavy(1.0), &lights(8));
+    let first = scene.frame(&still);
+    let whole = |counter: &str| first.counter(counter);
+    let check = |report: &FrameReport, changed: &[Input], does: &[&str]| {
+        let mut changes = Changes::default();
+        changed.iter().for_each(|input| changes.note(*input));
+        let stale = changes.stale();
+        for (counter, product) in COUNTERS {
+            let count = report.counter(counter);
+            assert!(
+                count == 0 || stale.has(product),
+                "{counter}: {count} after {changed:?}"
+            );
+        }
+        for counter in does {
+            assert!(report.counter(counter) > 0, "{counter} after {changed:?}");
+        }
+    };
+
+    // Nothing.
+    assert_eq!(scene.frame(&still).passes, []);
+
+    // The display's exposure: one pass. The light's: pixels are composed and shown again.
+    let brighter = RenderSettings {
+        view_exposure_ev: 1.0,
+        ..still
+    };
+    let report = scene.frame(&brighter);
+    assert_eq!(
+        report
+            .passes
+            .iter()
+            .map(|(name, _)| name.as_str())
+            .collect::<Vec<_>>(),
+        ["view"]
+    );
+    scene.frame(&still);
+    let mut tinted = lights(8);
+    for light in &mut tinted.lights {
+        light.radiance *= Vec3::new(2.0, 1.5, 0.5);
+    }
+    scene.renderer.set_lights(&tinted);
+    let report = scene.frame(&still);
+    check(&report, &[Input::LightGain], &[]);
+    let passes: Vec<_> = report.passes.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(passes, ["strand drawing", "view"]);
+
+    // Another colour of all lights, each its own way: no march.
+    for (k, light) in tinted.lights.iter_mut().enumerate() {
+        light.radiance *= 1.0 + 0.05 * k as f32;
+    }
+    scene.renderer.set_lights(&tinted);
+    let report = scene.frame(&still);
+    check(
+        &report,
+        &[Input::LightColours],
+        &["vertices shaded", "multiple scattering evaluations"],
+    );
+
+    // Turned: everything that lights reach, no parameter.
+    scene.renderer.set_lights(&tinted.rotated(0.3));
+    let report = scene.frame(&still);
+    check(&report, &[Input::LightPlaces], &["visibility rays", "path rays"]);
+    assert_eq!(report.counter("parameter bytes uploaded"), 0);
+
+    // Dye on one strand while a hand moves: its vertices only; at rest the way of light through it.
+    let painting = RenderSettings {
+        interactive: true,
+        ..still
+    };
+    for point in &mut scene.params[240..252] {
+        point.sigma_a = [2.0, 0.2, 0.1];
+    }
+    let dirty = 240..252;
+    scene.renderer.set_params(&scene.params, &[dirty]).unwrap();
+    let report = scene.frame(&painting);
+    check(&report, &[Input::Parameters], &["parameter bytes uploaded"]);
+    assert_eq!(
+        report.counter("parameter bytes uploaded"),
+        12 * size_of::<VertexParams>() as u64
+    );
+    assert!(report.counter("vertices shaded") < whole("vertices shaded") / 40);
+    assert_eq!(report.counter("path rays") + report.counter("voxels painted"), 0);
+    let report = scene.frame(&still);
+    check(&report, &[Input::Parameters], &["path rays", "voxels painted"]);
+    assert_eq!(report.counter("vertices shaded"), 0);
+    assert!(
+        report.counter("voxels painted") < whole("voxels painted") / 4,
+        "{} of {}",
+        report.counter("voxels painted"),
+        whole("voxels painted")
+    );
+
+    // The camera nearer: what is there of the light stays.
+    let eye = scene.camera.position();
+    let (low, high) = scene.groom.bounds();
+    scene.camera = Camera::look_at(1.1 * eye, 0.5 * (low + high), 0.6);
+    let report = scene.frame(&still);
+    check(&report, &[Input::Eye], &["vertices shaded", "fragments"]);
+    assert_eq!(report.counter("voxels painted"), 0);
+
+    // Better quality shades again, worse keeps what is there.
+    let quality = |quality| {
+        let mut settings = still;
+        settings.shade.method.quality = quality;
+        settings
+    };
+    assert_eq!(
+        scene.frame(&quality(Quality::Draft)).counter("vertices shaded"),
+        0
+    );
+    assert_eq!(scene.frame(&still).counter("vertices shaded"), 0);
+
+    // The control: with nothing kept the same frame does everything again.
+    let anew = RenderSettings {
+        savings: Savings::ALL.without(Saving::Untouched),
+        ..still
+    };
+    let report = scene.frame(&anew);
+    for counter in [
+        "voxels painted",
+        "visibility rays",
+        "path rays",
+        "vertices shaded",
+        "fragments",
+    ] {
+        assert!(report.counter(counter) > 0, "{counter}");
+    }
+}
+
+#[test]
+fn one_light_of_many_costs_one_light() {
+    let gpu = Gpu::headless().unwrap();
+    let still = RenderSettings::default();
+    let moving = RenderSettings {
+        interactive: true,
+        ..still
+    };
+    let mut set = lights(12);
+    let mut scene = Scene::new(&gpu, wavy(1.0), &set);
+    let first = scene.frame(&still);
+    scene.frame(&moving);
+    for (k, moves) in [(0, false), (1, true), (2, true), (3, false)] {
+        set.lights[5].radiance *= 1.5;
+        if moves {
+            set.lights[5].direction = Quat::from_rotation_y(0.2) * set.lights[5].direction;
+        }
+        scene.renderer.set_lights(&set);
+        let report = scene.frame(&moving);
+        let single = report.counter("single scattering evaluations");
+        // A light that moves is taken away and added, of twelve; of one that changes its colour the difference is enough.
+        let most = if moves { 5 } else { 10 };
+        assert!(
+            single > 0 && most * single <= first.counter("single scattering evaluations"),
+            "step {k}: {single}"
+        );
+        assert_eq!(report.counter("visibility rays") > 0, moves);
+        assert!(11 * report.counter("visibility rays") <= 2 * first.counter("visibility rays"));
+    }
+    let changed = scene.renderer.picture().unwrap();
+    let mut fresh = Scene::new(&gpu, wavy(1.0), &set);
+    let wanted = fresh.picture(&still);
+    assert!(rmse(&changed, &wanted) < Saving::FewLights.bound());
+    let unchanged = Scene::new(&gpu, wavy(1.0), &lights(12)).picture(&still);
+    assert!(
+        rmse(&unchanged, &wanted) > 10.0 * Saving::FewLights.bound(),
+        "the edits are seen"
+    );
+
+    // At rest nothing of the sums is left.
+    assert_eq!(scene.picture(&still).pixels, wanted.pixels);
+}
+
+#[test]
+fn circular_hair_runs_no_elliptic_code() {
+    let gpu = Gpu::headless().unwrap();
+    let still = RenderSettings::default();
+    let mut scene = Scene::new(&gpu, wavy(1.0), &lights(4));
+    assert_eq!(scene.frame(&still).counter("elliptic evaluations"), 0);
+    scene.params[3].eccentricity = 1.4;
+    let dirty = 3..4;
+    scene.renderer.set_params(&scene.params, &[dirty]).unwrap();
+    let report = scene.frame(&still);
+    let elliptic = report.counter("elliptic evaluations");
+    assert!(elliptic > 0 && elliptic <= report.counter("single scattering evaluations"));
+}
