@@ -95,8 +95,7 @@ mod tests {
             for whole in [5.0, 60.0, 400.0, 1000.0] {
                 let mut pace = Pace::unknown(is_software);
                 // Every other picture does twice the work.
-                let learn =
-                    |pace: &mut Pace, k: u32| pace.learn(cost(pace, whole * f64::from(1 + k % 2)));
+                let learn = |pace: &mut Pace, k: u32| pace.learn(cost(pace, whole * f64::from(1 + k % 2)));
                 for k in 0..40 {
                     learn(&mut pace, k);
                 }

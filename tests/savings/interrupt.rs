@@ -64,7 +64,11 @@ fn a_picture_that_was_given_up_is_finished_later_and_is_the_same() {
         assert!(times < 12, "it never ends");
     }
     let got = scene.renderer.picture().unwrap();
-    assert!(got.pixels == wanted.pixels, "{times} times: {}", rmse(&got, &wanted));
+    assert!(
+        got.pixels == wanted.pixels,
+        "{times} times: {}",
+        rmse(&got, &wanted)
+    );
 
     // Better visibility is in the picture, and was when it was finished.
     let coarse = thick_hair(&gpu).picture(&RenderSettings {

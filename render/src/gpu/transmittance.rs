@@ -140,6 +140,13 @@ pub struct Transmittance {
     moved: Vec<u32>,
     has_paint: bool,
     interrupt: Option<Arc<AtomicBool>>,
+    /// Exact rays that no report has told of yet.
+    traced: u64,
+}
+
+/// Points that exact rays are traced for between two looks at the interrupt: some tenths of a second.
+fn uninterrupted(gpu: &Gpu) -> u32 {
+    if gpu.is_software { 1 << 9 } else { 1 << 14 }
 }
 
 impl Transmittance {
@@ -175,6 +182,7 @@ impl Transmittance {
             moved: Vec::new(),
             has_paint: false,
             interrupt: None,
+            traced: 0,
         })
     }
 
@@ -244,8 +252,8 @@ impl Transmittance {
         Ok(())
     }
 
-    /// While the flag is true, exact rays stop after the light that they are traced for and [`Self::update`] fails with
-    /// [`GpuError::Interrupted`]; what was traced until then is kept, and the next update traces again.
+    /// While the flag is true, exact rays stop after the points that they are traced for and [`Self::update`] fails with
+    /// [`GpuError::Interrupted`]; what was traced until then is kept, and the next update goes on from there.
     pub fn set_interrupt(&mut self, interrupt: Option<Arc<AtomicBool>>) {
         self.interrupt = interrupt;
     }
@@ -404,16 +412,27 @@ impl Transmittance {
         }
         if let (1.., Some(exact), None) = (rays, &lights.exact, &self.harmonics) {
             let work = &volume.visibility_work;
-            let before = self.interrupt.is_some().then(|| work.saved(gpu)).transpose()?;
-            let points = work.collect(gpu, &self.lister, wanted, DONE + rays)?;
-            if points > 0 {
-                let traced = self.march_lights(gpu, volume, lights, Records::Exact(exact), points, &every);
-                if let (Err(GpuError::Interrupted), Some(before)) = (&traced, &before) {
-                    work.restore(gpu, before);
+            let most = self.interrupt.as_ref().map_or(u32::MAX, |_| uninterrupted(gpu));
+            loop {
+                // What is queued cannot be called back.
+                gpu.wait()?;
+                if self
+                    .interrupt
+                    .as_ref()
+                    .is_some_and(|flag| flag.load(Ordering::Relaxed))
+                {
+                    return Err(GpuError::Interrupted);
                 }
-                traced?;
-                report.exact_rays = u64::from(points) * exact.total_rays;
+                let points = work.collect_some(gpu, &self.lister, wanted, DONE + rays, most)?;
+                if points > 0 {
+                    self.march_lights(gpu, volume, lights, Records::Exact(exact), points, &every)?;
+                    self.traced += u64::from(points) * exact.total_rays;
+                }
+                if points < most {
+                    break;
+                }
             }
+            report.exact_rays = std::mem::take(&mut self.traced);
         }
         if self.has_paint {
             let points = volume.path_work.collect(gpu, &self.lister, wanted, DONE)?;
@@ -480,7 +499,7 @@ impl Transmittance {
     }
 
     /// Marches from the listed points to those of `lights` that are numbered, one submission per light, so that a slow adapter stays
-    /// responsive between them; exact rays can be interrupted there.
+    /// responsive between them.
     fn march_lights(
         &self,
         gpu: &Gpu,
@@ -496,13 +515,6 @@ impl Transmittance {
                 .copied()
                 .filter(|light| batch.lights.contains(light))
             {
-                if let (Records::Exact(_), Some(interrupt)) = (&records, &self.interrupt) {
-                    // What is queued cannot be called back: no more than one light is.
-                    gpu.wait()?;
-                    if interrupt.load(Ordering::Relaxed) {
-                        return Err(GpuError::Interrupted);
-                    }
-                }
                 let run = LightRun {
                     point_count: volume.point_count,
                     light,

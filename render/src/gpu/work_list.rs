@@ -63,21 +63,6 @@ impl WorkList {
         }
     }
 
-    /// A copy of what is done.
-    ///
-    /// # Errors
-    /// [`GpuError::TooLarge`].
-    pub fn saved(&self, gpu: &Gpu) -> Result<wgpu::Buffer, GpuError> {
-        let saved = gpu.storage("saved work list", self.done.size())?;
-        copy(gpu, &self.done, &saved);
-        Ok(saved)
-    }
-
-    /// What is done is what was done when `saved` was taken.
-    pub fn restore(&self, gpu: &Gpu, saved: &wgpu::Buffer) {
-        copy(gpu, saved, &self.done);
-    }
-
     /// Fills the list with the items that are done less well than `level` and that `wanted` (u32 an item) does not hold a 0 for, counts
     /// them as done that well and returns their number.
     ///
@@ -141,10 +126,4 @@ impl WorkList {
         pass.run(gpu, &bound, self.count);
         Ok(gpu.read::<u32>(&self.items, 1)?[0])
     }
-}
-
-fn copy(gpu: &Gpu, from: &wgpu::Buffer, to: &wgpu::Buffer) {
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    encoder.copy_buffer_to_buffer(from, 0, to, 0, to.size().min(from.size()));
-    gpu.queue.submit([encoder.finish()]);
 }
