@@ -37,6 +37,7 @@ mod schema;
 mod schemes;
 mod seen_colour;
 mod shaders;
+mod timing;
 mod usd;
 mod views;
 mod volume;

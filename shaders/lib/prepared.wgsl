@@ -32,12 +32,14 @@ fn prepare_view(f: Fibre, theta_o: f32, phi_o: f32) -> PreparedView {
 fn lobe_mean_directions(v: PreparedView, theta_j: f32, phi_j: f32, lambda: f32) -> array<vec3f, 3> {
     let inv_lambda_sq = 1.0 / (lambda * lambda);
     let kappa = lobe_concentrations(v.f);
+    let scale = 2.0 * cosine(theta_j) * inv_lambda_sq;
+    let light = azimuth_vector(phi_j);
+    let view = azimuth_vector(v.phi_o);
     var out: array<vec3f, 3>;
     for (var t = 0u; t < 3u; t++) {
         let g = product_gaussian(v.mean[t], v.f.beta[t], v.theta_o, theta_j, inv_lambda_sq);
         let theta = clamp(g.centre, -HALF_PI, HALF_PI);
-        let light = 2.0 * max(cos(theta) * cos(theta_j), 0.0) * inv_lambda_sq;
-        out[t] = mean_direction(theta, g.width, light, phi_j, kappa[t], v.phi_o - phi_j);
+        out[t] = mean_direction(theta, g.width, scale * cosine(theta) * light + kappa[t] * view);
     }
     return out;
 }

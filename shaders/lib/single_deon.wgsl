@@ -97,13 +97,16 @@ fn scattered(v: PreparedView, theta_j: f32, phi_j: f32, inv_lambda_sq: f32, coun
 
 // Mean direction of the light that each lobe sends to the view, as in lib/single.wgsl.
 fn lobe_mean_directions(v: PreparedView, theta_j: f32, phi_j: f32, lambda: f32) -> array<vec3f, 3> {
+    let inv_lambda_sq = 1.0 / (lambda * lambda);
     let kappa = lobe_concentrations(v.f);
+    let scale = 2.0 * cosine(theta_j) * inv_lambda_sq;
+    let light = azimuth_vector(phi_j);
+    let view = azimuth_vector(v.phi_o);
     var out: array<vec3f, 3>;
     for (var t = 0u; t < 3u; t++) {
-        let g = cone_product(v.variance[t], v.theta_r[t], theta_j, 1.0 / (lambda * lambda));
+        let g = cone_product(v.variance[t], v.theta_r[t], theta_j, inv_lambda_sq);
         let theta = clamp(g.centre, -HALF_PI, HALF_PI);
-        let light = 2.0 * max(cos(theta) * cos(theta_j), 0.0) / (lambda * lambda);
-        out[t] = mean_direction(theta, g.width, light, phi_j, kappa[t], v.phi_o - phi_j);
+        out[t] = mean_direction(theta, g.width, scale * cosine(theta) * light + kappa[t] * view);
     }
     return out;
 }

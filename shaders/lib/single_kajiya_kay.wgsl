@@ -94,8 +94,8 @@ fn lobe_mean_directions(v: PreparedView, theta_j: f32, phi_j: f32, lambda: f32) 
     let inv_lambda_sq = 1.0 / (lambda * lambda);
     let g = cone_product(1.0 / v.exponent, v.axis, theta_j, inv_lambda_sq);
     let theta = clamp(g.centre, -HALF_PI, HALF_PI);
-    let kappa = 2.0 * max(cos(theta_j), 0.0) * inv_lambda_sq;
-    let specular = mean_direction(theta, g.width, kappa * max(cos(theta), 0.0), phi_j, 0.0, 0.0);
-    let diffuse = mean_direction(theta_j, lambda, kappa * max(cos(theta_j), 0.0), phi_j, 0.0, 0.0);
+    let around = 2.0 * cosine(theta_j) * inv_lambda_sq * azimuth_vector(phi_j);
+    let specular = mean_direction(theta, g.width, cosine(theta) * around);
+    let diffuse = mean_direction(theta_j, lambda, cosine(theta_j) * around);
     return array(specular, diffuse, diffuse);
 }

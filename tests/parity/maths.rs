@@ -483,7 +483,7 @@ pub const PARITIES: &[Parity] = &[
         },
     },
     Parity {
-        covers: &["lobe_mean_directions", "lobe_concentrations", "mean_direction"],
+        covers: &["lobe_mean_directions", "lobe_concentrations", "mean_direction", "azimuth_vector"],
         file: "lib/single.wgsl",
         call: "
             let f = Fibre(vec3f(0.3), 1.55, vec3f(-0.07, 0.035, 0.105), 1.0, vec3f(0.1, 0.05, 0.2), 0.25);

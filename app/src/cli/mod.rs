@@ -17,10 +17,12 @@ pub mod probe;
 mod recover;
 mod relink;
 mod render;
+mod trace;
 
 use std::{
     ffi::OsString,
     io::{self, BufWriter, Write},
+    path::PathBuf,
 };
 
 use balayage_render::{
@@ -44,6 +46,9 @@ struct Cli {
     /// Print results as JSON.
     #[arg(long, global = true)]
     json: bool,
+    /// Write what took how long, for Perfetto (ui.perfetto.dev) or chrome://tracing.
+    #[arg(long, global = true, value_name = "FILE.json")]
+    trace: Option<PathBuf>,
     /// Without a subcommand: project or groom to open in the editor.
     #[command(flatten)]
     edit: edit::EditArgs,
@@ -148,6 +153,13 @@ pub fn run<A: Into<OsString> + Clone>(
         }
     };
     let mut console = Console::new(out, err, cli.json);
+    let _trace = match cli.trace.as_deref().map(trace::write).transpose() {
+        Ok(trace) => trace,
+        Err(error) => {
+            console.complain(&error.to_string());
+            return error.exit_code();
+        }
+    };
     let result = match &cli.command.unwrap_or(Command::Edit(cli.edit)) {
         Command::Edit(args) if !args.exists() => Err(CliError::Usage(args.neither())),
         Command::Edit(args) => edit::run(args),

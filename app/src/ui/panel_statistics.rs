@@ -39,6 +39,14 @@ impl Editor {
             let counters = shown.report.counters.iter();
             rows.extend(counters.map(|(name, n)| (name.clone(), n.to_string())));
             table(ui, "picture", &rows);
+            if !shown.report.shaders.is_empty() {
+                ui.strong("On the GPU");
+                let shaders = shown.report.shaders.iter();
+                let rows: Vec<_> = shaders
+                    .map(|(name, ms)| (name.clone(), format!("{ms:.2} ms")))
+                    .collect();
+                table(ui, "gpu", &rows);
+            }
             let skipped = [
                 ("vertices shaded", "Shading: nothing that is seen had changed"),
                 ("visibility rays", "Shadows: strands and lights are as before"),

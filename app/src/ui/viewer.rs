@@ -387,6 +387,9 @@ impl Worker {
         let Some(renderer) = &mut self.renderer else {
             return Ok(None);
         };
+        if effort != Effort::Full {
+            renderer.prepare(&view.settings);
+        }
         let mut settings = view.settings;
         let mut size = view.size;
         match (effort, self.last) {

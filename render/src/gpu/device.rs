@@ -1,7 +1,11 @@
 //! The device: found once, asked once for what the adapter allows, shared by all passes.
 
+use std::sync::Arc;
+
 use bytemuck::Pod;
 use wgpu::util::DeviceExt;
+
+use super::timer::GpuTimer;
 
 /// What can go wrong between us and the GPU.
 #[derive(Debug, thiserror::Error)]
@@ -60,6 +64,8 @@ pub struct Gpu {
     pub adapter_name: String,
     /// True where the adapter is a software rasterizer.
     pub is_software: bool,
+    /// Where the GPU's own times are asked for.
+    pub(super) timer: Option<Arc<GpuTimer>>,
 }
 
 impl Gpu {
@@ -94,12 +100,23 @@ impl Gpu {
 
     /// Wraps a device that somebody else made (the editor's window).
     pub fn from_parts(device: wgpu::Device, queue: wgpu::Queue, info: &wgpu::AdapterInfo) -> Self {
-        Self {
+        let mut gpu = Self {
             device,
             queue,
             adapter_name: format!("{} ({})", info.name, info.backend),
             is_software: info.device_type == wgpu::DeviceType::Cpu,
+            timer: None,
+        };
+        if !gpu.is_software {
+            gpu.time_passes();
         }
+        gpu
+    }
+
+    /// Has the GPU time its passes ([`super::FrameReport::shaders`]) where it can. In software, where the clock on the wall says the same,
+    /// it does so only when asked.
+    pub fn time_passes(&mut self) {
+        self.timer = GpuTimer::new(&self.device, &self.queue).map(Arc::new);
     }
 
     /// A storage buffer of `bytes` zeroed bytes (at least 16), that can be copied from and to.

@@ -260,6 +260,14 @@ impl Renderer {
         self.interrupt = interrupt;
     }
 
+    /// Compiles in the background what a picture with `settings` will be shaded with; where nothing is said before, that picture waits.
+    pub fn prepare(&mut self, settings: &RenderSettings) {
+        let settings = settings.of_its_quality();
+        let has_elliptic = self.scene.as_ref().is_some_and(|scene| scene.has_elliptic);
+        self.shade
+            .prepare(&self.gpu, &settings.shade, has_elliptic, settings.savings);
+    }
+
     /// Draws what is stale; nothing where nothing has changed since the last frame.
     ///
     /// # Errors
@@ -274,6 +282,10 @@ impl Renderer {
         let mut report = FrameReport::default();
         let gpu = self.gpu.clone();
         let settings = &settings.of_its_quality();
+        let _scope = tracing::info_span!("frame").entered();
+        if let Some(timer) = &gpu.timer {
+            timer.forget();
+        }
         let sent_bytes = std::mem::take(&mut self.sent_bytes);
         if sent_bytes > 0 {
             report.count("parameter bytes uploaded", sent_bytes);
@@ -410,6 +422,9 @@ impl Renderer {
                     .run(&gpu, target, settings.view, scale, settings.backdrop);
                 Ok(())
             })?;
+        }
+        if let Some(timer) = &gpu.timer {
+            report.shaders = timer.take(&gpu)?;
         }
         self.last = Some(now);
         self.changes = Changes::default();

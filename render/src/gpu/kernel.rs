@@ -185,7 +185,7 @@ impl Kernel {
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some(&self.label),
-                timestamp_writes: None,
+                timestamp_writes: gpu.timer.as_ref().and_then(|timer| timer.writes(&self.label)),
             });
             self.dispatch(&mut pass, bind_group, fold_groups(count));
         }

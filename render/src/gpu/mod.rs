@@ -26,6 +26,7 @@ pub mod stale;
 pub mod strands;
 pub mod tables;
 mod tables_kajiya_kay;
+mod timer;
 mod transmittance;
 pub mod view;
 mod voxel_paint;

@@ -12,6 +12,9 @@ use super::{Gpu, GpuError};
 pub struct FrameReport {
     /// Passes that ran and their milliseconds, wall clock with the GPU waited for.
     pub passes: Vec<(String, f64)>,
+    /// Shaders that ran and the milliseconds that the GPU itself spent in them, slowest first; empty where it was not timed
+    /// ([`Gpu::time_passes`]).
+    pub shaders: Vec<(String, f64)>,
     /// Named work counters.
     pub counters: Vec<(String, u64)>,
 }
@@ -23,6 +26,7 @@ impl FrameReport {
         pass: &str,
         run: impl FnOnce(&mut Self) -> Result<T, GpuError>,
     ) -> Result<T, GpuError> {
+        let _scope = scope(pass).entered();
         let start = Instant::now();
         let result = run(self)?;
         gpu.wait()?;
@@ -55,6 +59,9 @@ impl FrameReport {
         self.count("elliptic evaluations", done.elliptic);
         self.count("multiple scattering evaluations", done.multiple);
         self.count("hidden lights skipped", done.hidden);
+        if done.compiled > 0 {
+            self.count("shader variants compiled", done.compiled);
+        }
     }
 
     /// The counter of that name, 0 where the work was not done.
@@ -65,4 +72,17 @@ impl FrameReport {
             .map(|(_, v)| v)
             .sum()
     }
+}
+
+/// The scope of a pass; its name has to be known to the compiler.
+fn scope(pass: &str) -> tracing::Span {
+    macro_rules! named {
+        ($($name:literal),*) => {
+            match pass {
+                $($name => tracing::info_span!($name),)*
+                other => tracing::info_span!("pass", name = other),
+            }
+        };
+    }
+    named!("head shading", "transmittance", "strand shading", "view")
 }

@@ -4,6 +4,7 @@ mod settings;
 
 use std::ops::{AddAssign, Range};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -65,6 +66,8 @@ const SOFTWARE_UNINTERRUPTED: u32 = 1 << 11;
 /// The passes, compiled for the variants that were used last.
 pub struct ShadePass {
     variants: Vec<(Variant, ShadeKernels)>,
+    /// The variant that a thread of its own compiles.
+    coming: Option<(Variant, JoinHandle<Result<ShadeKernels, GpuError>>)>,
     lister: Lister,
     sum: Kernel,
     tables: wgpu::Buffer,
@@ -80,6 +83,17 @@ struct Variant {
     may_be_elliptic: bool,
     follows_absorbed: bool,
     skips_hidden: bool,
+}
+
+impl Variant {
+    fn new(settings: &ShadeSettings, has_elliptic: bool, savings: Savings) -> Self {
+        Self {
+            method: settings.method,
+            may_be_elliptic: has_elliptic || !savings.has(Saving::Circular),
+            follows_absorbed: !savings.has(Saving::Absorbed),
+            skips_hidden: savings.has(Saving::Hidden),
+        }
+    }
 }
 
 struct ShadeKernels {
@@ -101,6 +115,8 @@ pub struct ShadeReport {
     pub multiple: u64,
     /// Pairs of both kinds that were left out because next to nothing of the light arrives.
     pub hidden: u64,
+    /// Variants of the passes that had to be compiled first, because nobody had them prepared.
+    pub compiled: u64,
 }
 
 impl AddAssign for ShadeReport {
@@ -110,6 +126,17 @@ impl AddAssign for ShadeReport {
         self.elliptic += other.elliptic;
         self.multiple += other.multiple;
         self.hidden += other.hidden;
+        self.compiled += other.compiled;
+    }
+}
+
+impl Drop for ShadePass {
+    /// A driver must not be unloaded under a thread that compiles.
+    fn drop(&mut self) {
+        if let Some((_, thread)) = self.coming.take() {
+            // What it made, or why it made nothing, is of no interest any more.
+            let _ = thread.join();
+        }
     }
 }
 
@@ -121,6 +148,7 @@ impl ShadePass {
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         Ok(Self {
             variants: Vec::new(),
+            coming: None,
             lister: Lister::new(gpu)?,
             sum: Kernel::new(gpu, "pass/strand_radiance.wgsl", &[])?,
             tables: gpu.storage_of("scattering tables", &scattering_tables())?,
@@ -268,13 +296,8 @@ impl ShadePass {
         if lights.is_empty() || vertices.max(points) == 0 {
             return Ok(report);
         }
-        let variant = Variant {
-            method: settings.method,
-            may_be_elliptic: inputs.has_elliptic || !inputs.savings.has(Saving::Circular),
-            follows_absorbed: !inputs.savings.has(Saving::Absorbed),
-            skips_hidden: inputs.savings.has(Saving::Hidden),
-        };
-        self.compile(gpu, variant)?;
+        let variant = Variant::new(settings, inputs.has_elliptic, inputs.savings);
+        report.compiled = u64::from(self.compile(gpu, variant)?);
         let Some((_, kernels)) = self.variants.last() else {
             return Ok(report);
         };
@@ -323,8 +346,25 @@ impl ShadePass {
         Ok(report)
     }
 
-    /// Compiles a variant that was not used lately; it is the last one then.
-    fn compile(&mut self, gpu: &Gpu, variant: Variant) -> Result<(), GpuError> {
+    /// Compiles what a later picture will be shaded with, in a thread of its own, unless it is there or another one is under way.
+    pub fn prepare(&mut self, gpu: &Gpu, settings: &ShadeSettings, has_elliptic: bool, savings: Savings) {
+        let variant = Variant::new(settings, has_elliptic, savings);
+        let is_there = self.variants.iter().any(|(v, _)| *v == variant);
+        if !is_there && self.coming.is_none() {
+            let gpu = gpu.clone();
+            self.coming = Some((variant, thread::spawn(move || ShadeKernels::new(&gpu, variant))));
+        }
+    }
+
+    /// Compiles a variant that was not used lately; it is the last one then. Returns whether it had to.
+    fn compile(&mut self, gpu: &Gpu, variant: Variant) -> Result<bool, GpuError> {
+        let is_done = |(v, thread): &mut (Variant, JoinHandle<_>)| *v == variant || thread.is_finished();
+        if let Some((coming, thread)) = self.coming.take_if(is_done) {
+            // A thread that failed or panicked has made nothing: what is wanted is compiled below, and the reason told there.
+            if let Ok(Ok(kernels)) = thread.join() {
+                self.variants.push((coming, kernels));
+            }
+        }
         let there = self.variants.iter().position(|(v, _)| *v == variant);
         let entry = match there {
             Some(place) => self.variants.remove(place),
@@ -334,7 +374,7 @@ impl ShadePass {
         if self.variants.len() > MOST_VARIANTS {
             self.variants.remove(0);
         }
-        Ok(())
+        Ok(there.is_none())
     }
 }
 
@@ -362,6 +402,7 @@ struct RadianceUniform {
 
 impl ShadeKernels {
     fn new(gpu: &Gpu, variant: Variant) -> Result<Self, GpuError> {
+        let _scope = tracing::info_span!("compile shading").entered();
         let method = variant.method;
         let quality = multiple_quality(method.quality);
         let skips_hidden = ("skips_hidden", f64::from(u8::from(variant.skips_hidden)));

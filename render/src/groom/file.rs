@@ -60,6 +60,7 @@ impl Format {
 /// # Errors
 /// [`GroomError`] names the file, the place, the reason and the remedy.
 pub fn read_groom(path: impl AsRef<Path>, metres_per_unit: Option<f32>) -> Result<LoadedGroom, GroomError> {
+    let _scope = tracing::info_span!("read groom").entered();
     let options = ReadOptions {
         metres_per_unit,
         time: None,

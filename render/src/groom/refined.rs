@@ -41,6 +41,7 @@ impl RefinedGroom {
     /// `max_turn_rad` is kept within [0.1 degrees, pi]; NaN counts as [`DEFAULT_MAX_TURN_RAD`]. A segment is cut into at most 64 pieces;
     /// [`Self::capped_segments`] counts those that would have needed more. Equal input gives equal output, bit for bit.
     pub fn new(groom: &Groom, max_turn_rad: f32) -> Self {
+        let _scope = tracing::info_span!("refine strands").entered();
         let max_turn = if max_turn_rad.is_nan() {
             DEFAULT_MAX_TURN_RAD
         } else {

@@ -214,6 +214,7 @@ pub fn fit_lights(
     settings: &FitSettings,
     progress: Progress,
 ) -> Result<LightSet, FitError> {
+    let _scope = tracing::info_span!("fit lights").entered();
     fit_counted(map, settings, progress).map(|(lights, _)| lights)
 }
 

@@ -84,6 +84,7 @@ struct Clip {
 impl DensityVolume {
     /// Voxelizes strands and an optional occluder.
     pub fn build(strands: &Strands<'_>, occluder: Option<&Occluder<'_>>, settings: &VolumeSettings) -> Self {
+        let _scope = tracing::info_span!("density volume").entered();
         let (low, high) = bounds_with_occluder(strands, occluder);
         let usual = || fibre_spacing(strands) * settings.voxel_spacings;
         let mut voxel_size = settings.voxel_size.unwrap_or_else(usual);

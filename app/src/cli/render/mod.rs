@@ -338,6 +338,9 @@ fn print(done: &Done, console: &mut Console<'_>) -> std::io::Result<()> {
         .map(|Made { path, cost, legend }| match cost {
             Some(cost) => {
                 let mut frame = json!({"picture": path, "passes_ms": pairs(&cost.passes), "counters": pairs(&cost.counters)});
+                if !cost.shaders.is_empty() {
+                    frame["gpu_ms"] = json!(pairs(&cost.shaders));
+                }
                 if let Some(legend) = legend {
                     frame["legend"] = json!(legend);
                 }

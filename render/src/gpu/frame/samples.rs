@@ -32,6 +32,7 @@ impl Samples<'_> {
         now: &LastFrame,
         shade: &mut impl FnMut() -> Result<(), GpuError>,
     ) -> Result<u64, GpuError> {
+        let _scope = tracing::info_span!("strand drawing").entered();
         let Self {
             gpu,
             scene,
