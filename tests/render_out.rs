@@ -336,3 +336,23 @@ fn the_farm_template_is_valid() {
     fs::write(&bad, text).unwrap();
     assert!(!check(&bad).status.success());
 }
+
+#[test]
+fn voxels_are_as_fine_as_the_user_wants() {
+    let scene = Scene::new();
+    let painted = |spacings: &str| {
+        let (code, answer, said) = scene.render("v.exr", &["--voxel-spacings", spacings]);
+        assert_eq!(code, 0, "{said}");
+        let voxels = answer["frames"][0]["counters"]["voxels painted"].as_u64();
+        (voxels.unwrap(), pixels(&scene.at("v.exr")))
+    };
+    let ((usual, a), (coarse, b)) = (painted("1.25"), painted("5"));
+    assert!(usual > 4 * coarse, "{usual} and {coarse} voxels");
+    assert!(a != b, "shadows come from them");
+    for absurd in ["0", "0.4", "NaN", "1e9", "fine"] {
+        let (code, _, said) = scene.render("no.exr", &["--voxel-spacings", absurd]);
+        assert_eq!(code, 2);
+        assert!(said.contains("from 0.5 (fine) to 16 (coarse)"), "{said}");
+    }
+    assert!(!scene.at("no.exr").exists());
+}

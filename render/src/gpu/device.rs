@@ -113,8 +113,8 @@ impl Gpu {
         gpu
     }
 
-    /// Has the GPU time its passes ([`super::FrameReport::shaders`]) where it can. In software, where the clock on the wall says the same,
-    /// it does so only when asked.
+    /// Has the GPU time its passes ([`super::FrameReport::shaders`]) where it can. A software adapter is not asked by itself: Mesa's writes
+    /// its timestamps before the work is done, and the clock on the wall tells what it takes.
     pub fn time_passes(&mut self) {
         self.timer = GpuTimer::new(&self.device, &self.queue).map(Arc::new);
     }

@@ -56,6 +56,7 @@ pub struct Renderer {
     changes: Changes,
     lag: Lag,
     interrupt: Option<Arc<AtomicBool>>,
+    volume_settings: VolumeSettings,
     /// Number of the frame, from 1 on; whole and exact up to 2^24.
     frame: f32,
     /// Bytes of parameters that were sent since the last frame.
@@ -137,10 +138,16 @@ impl Renderer {
             changes: Changes::ALL,
             lag: Lag::default(),
             interrupt: None,
+            volume_settings: VolumeSettings::default(),
             frame: 0.0,
             sent_bytes: 0,
             gpu: gpu.clone(),
         })
+    }
+
+    /// How fine the hair volume of the next grooms is.
+    pub fn set_volume(&mut self, settings: VolumeSettings) {
+        self.volume_settings = settings;
     }
 
     /// Takes a groom and the head that it grows on; parameters have to follow. Where the refined strands exceed what the adapter binds they
@@ -155,12 +162,9 @@ impl Renderer {
             positions: mesh.positions(),
             triangles: mesh.triangles(),
         });
-        let report = self.transmittance.set_strands(
-            gpu,
-            &groom.into(),
-            occluder.as_ref(),
-            &VolumeSettings::default(),
-        )?;
+        let report =
+            self.transmittance
+                .set_strands(gpu, &groom.into(), occluder.as_ref(), &self.volume_settings)?;
         let (low, high) = groom.bounds();
         self.scene = Some(SceneBuffers {
             strands: StrandBuffers::new(gpu, &refined)?,

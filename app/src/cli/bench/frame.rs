@@ -11,6 +11,7 @@ use balayage_render::gpu::{Camera, FrameReport, Gpu, RenderSettings, Renderer};
 use balayage_render::image::Picture;
 use balayage_render::light::LightSet;
 use balayage_render::param::VertexParams;
+use balayage_render::volume::VolumeSettings;
 use clap::{Args, ValueEnum};
 use glam::Vec3;
 use serde_json::json;
@@ -74,7 +75,7 @@ pub(super) fn run(args: &FrameArgs, console: &mut Console<'_>) -> Result<(), Cli
     let lighting = render::load_light(&document, console)?;
     let lights = lighting.exposed(&document.project().light);
     let mut bench = Bench {
-        renderer: render::scene(&gpu, &document, &lighting, false)?,
+        renderer: render::scene(&gpu, &document, &lighting, false, VolumeSettings::default())?,
         params: document.params().to_vec(),
         camera: render::camera(None, args.size, &document)?,
         size: args.size,
@@ -102,7 +103,7 @@ pub(super) fn run(args: &FrameArgs, console: &mut Console<'_>) -> Result<(), Cli
                     series,
                 });
             }
-            Part::Orbit => tables.push(bench.orbit(gpu.is_software)?),
+            Part::Orbit => tables.extend(bench.orbit(gpu.is_software)?),
             Part::Methods => tables.push(bench.methods(&args.directions)?),
         }
         progress.at(step as u64 + 1);

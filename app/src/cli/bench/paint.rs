@@ -5,6 +5,7 @@ use std::{collections::BTreeMap, path::PathBuf, time::Instant};
 use balayage_render::{
     gpu::{Camera, Gpu, RenderSettings, Renderer},
     param::Channel,
+    volume::VolumeSettings,
 };
 use clap::Args;
 use glam::Vec2;
@@ -237,7 +238,7 @@ pub(super) fn run(args: &PaintArgs, console: &mut Console<'_>) -> Result<(), Cli
     document.apply(Edit::SetLight(args.light.applied_to(&document)))?;
     let gpu = Gpu::headless()?;
     let lighting = load_light(&document, console)?;
-    let renderer = scene(&gpu, &document, &lighting, false)?;
+    let renderer = scene(&gpu, &document, &lighting, false, VolumeSettings::default())?;
     let [width, height] = args.size;
     let camera = Camera::framing(document.groom().bounds(), width as f32 / height as f32);
     let mut bench = Bench {

@@ -12,6 +12,7 @@ use std::{fs, ops::RangeInclusive, path::PathBuf};
 use balayage_render::{
     gpu::{Camera, DebugView, FrameReport, Gpu, RenderSettings, Savings, Terms},
     image::Metadata,
+    volume::VolumeSettings,
 };
 use clap::{Args, ValueEnum};
 use serde_json::json;
@@ -84,6 +85,9 @@ pub(super) struct RenderArgs {
     /// Where shadows come from before exact rays refine them.
     #[arg(long, value_enum, default_value_t)]
     transmittance: TransmittanceName,
+    /// Side of the hair volume's voxels in mean distances between fibres, 0.5 to 16; where they would be too many for memory they grow.
+    #[arg(long, value_name = "X", default_value_t = VolumeSettings::default().voxel_spacings, value_parser = voxel_spacings)]
+    voxel_spacings: f32,
     /// Exact rays per point and light that shadows come from; 0: the density of the hair. [default: 64 with --quality high, else 0]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=1024))]
     visibility_rays: Option<u32>,
@@ -120,6 +124,14 @@ enum ViewName {
     Agx,
     /// Clipped.
     Raw,
+}
+
+/// Side of a voxel in fibre spacings.
+fn voxel_spacings(text: &str) -> Result<f32, String> {
+    text.parse()
+        .ok()
+        .filter(|spacings| (0.5..=16.0).contains(spacings))
+        .ok_or_else(|| "write a number from 0.5 (fine) to 16 (coarse)".to_owned())
 }
 
 /// `WxH`.
@@ -286,7 +298,17 @@ fn render(
 ) -> Result<(), CliError> {
     let format = Format::of(&args.output)?;
     let lighting = scene::load_light(document, console)?;
-    let mut renderer = scene::scene(gpu, document, &lighting, args.background == BackgroundName::Env)?;
+    let volume = VolumeSettings {
+        voxel_spacings: args.voxel_spacings,
+        ..VolumeSettings::default()
+    };
+    let mut renderer = scene::scene(
+        gpu,
+        document,
+        &lighting,
+        args.background == BackgroundName::Env,
+        volume,
+    )?;
     let progress = console.progress(jobs.len() as u64, "rendering");
     let mut bad_pixels = 0;
     for (i, job) in jobs.into_iter().enumerate() {

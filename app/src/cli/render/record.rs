@@ -61,6 +61,7 @@ impl Record {
                 "background": settings.show_background,
                 "visibility_rays": settings.visibility_rays,
                 "transmittance": shade.visibility,
+                "voxel_spacings": args.voxel_spacings,
                 "savings": settings.savings.to_string(),
                 "debug_view": args.debug_view.map(|view| format!("{view:?}")),
             }),

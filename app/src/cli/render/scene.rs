@@ -5,6 +5,7 @@ use std::{ops::ControlFlow, path::Path};
 use balayage_render::gpu::{
     Camera, CameraFile, Gpu, Method, Model, Quality, RenderSettings, Renderer, ShadeSettings, ViewTransform,
 };
+use balayage_render::volume::VolumeSettings;
 use glam::Mat4;
 
 use super::{BackgroundName, CliError, Console, RenderArgs, TransmittanceName, ViewName};
@@ -87,10 +88,12 @@ pub(in crate::cli) fn scene(
     document: &Document,
     lighting: &Lighting,
     show_environment: bool,
+    volume: VolumeSettings,
 ) -> Result<Renderer, CliError> {
     let head = document.load_head()?;
     let light = &document.project().light;
     let mut renderer = Renderer::new(gpu)?;
+    renderer.set_volume(volume);
     renderer.set_groom(&*document.groom_as_drawn()?, head.as_ref())?;
     renderer.set_params(document.params(), &[])?;
     renderer.set_lights(&lighting.exposed(light));

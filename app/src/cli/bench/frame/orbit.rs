@@ -16,21 +16,28 @@ const STEP_DEG: f32 = 1.5;
 
 impl Bench {
     /// Pictures as the editor draws them while a hand turns the view: what they hold is what fits into the budget.
-    pub(super) fn orbit(&mut self, is_software: bool) -> Result<Table, CliError> {
+    pub(super) fn orbit(&mut self, is_software: bool) -> Result<Vec<Table>, CliError> {
         let mut pace = Pace::unknown(is_software);
         let (camera, size) = (self.camera, self.size);
         let mut ms = Vec::new();
-        for _ in 0..LEARNING + COUNTED {
+        let mut shaders: Vec<(String, f64)> = Vec::new();
+        for k in 0..LEARNING + COUNTED {
             self.camera = self.orbited(STEP_DEG);
             self.size = pace.size(size);
             let start = std::time::Instant::now();
-            self.frame(&pace.settings(RenderSettings::default()))?;
+            let report = self.frame(&pace.settings(RenderSettings::default()))?;
             // What the editor fetches with every picture.
             self.renderer.shown_bytes()?;
             self.renderer.picks()?;
             let milliseconds = start.elapsed().as_secs_f64() * 1e3;
             pace.learn(milliseconds);
             ms.push(milliseconds);
+            for (name, ms) in report.shaders.into_iter().filter(|_| k >= LEARNING) {
+                match shaders.iter_mut().find(|(known, _)| *known == name) {
+                    Some((_, sum)) => *sum += ms,
+                    None => shaders.push((name, ms)),
+                }
+            }
         }
         (self.camera, self.size) = (camera, size);
 
@@ -65,6 +72,14 @@ impl Bench {
             Cell::Number(f64::from(pace.strand_share)),
             format!("{width}x{height}").into(),
         ]);
-        Ok(table)
+        if shaders.is_empty() {
+            return Ok(vec![table]);
+        }
+        let mut times = Table::new("frame_orbit_shaders", ["shader", "ms a picture"]);
+        shaders.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+        for (name, ms) in shaders {
+            times.row([Cell::from(name), (ms / COUNTED as f64).into()]);
+        }
+        Ok(vec![table, times])
     }
 }
