@@ -141,7 +141,7 @@ fn a_white_strand_of_deon_is_as_bright_as_its_world() {
 }
 
 /// Mean radiance of points in four shells of a ball, the outermost first, over some views.
-fn shells_of_ball(renderer: &mut Renderer, groom: &Groom, sigma_a: f32) -> [f32; 4] {
+fn shells_of_ball(renderer: &mut Renderer, groom: &Groom, model: Model, sigma_a: f32) -> [f32; 4] {
     let params = VertexParams {
         sigma_a: [sigma_a; 3],
         ..PointValues::default().vertex_params(PigmentSet::default(), &LobeRatios::default())
@@ -158,6 +158,8 @@ fn shells_of_ball(renderer: &mut Renderer, groom: &Groom, sigma_a: f32) -> [f32;
         points.step_by(1 + groom.point_count() / 8000).take(60).collect()
     });
     let all = shells.concat();
+    let mut settings = RenderSettings::default();
+    settings.shade.method.model = model;
     let mut sums = vec![0.0; all.len()];
     let eyes = [
         Vec3::X,
@@ -166,15 +168,33 @@ fn shells_of_ball(renderer: &mut Renderer, groom: &Groom, sigma_a: f32) -> [f32;
         Vec3::new(0.0, 1.0, -1.0),
     ];
     for eye in eyes {
-        let radiance = renderer
-            .radiance_of_points(&all, 100.0 * eye, &RenderSettings::default())
-            .unwrap();
+        let radiance = renderer.radiance_of_points(&all, 100.0 * eye, &settings).unwrap();
         for (sum, radiance) in sums.iter_mut().zip(radiance) {
             *sum += radiance.y / eyes.len() as f32;
         }
     }
     let mut sums = sums.into_iter();
     shells.map(|shell| sums.by_ref().take(shell.len()).sum::<f32>() / shell.len() as f32)
+}
+
+#[test]
+fn a_dense_white_ball_that_loses_nothing_is_as_bright_as_its_world_to_its_middle() {
+    // Some hundred fibres from its surface to its middle.
+    let groom = ball(6000, 0.05, 1).unwrap();
+    let mut renderer = Renderer::new(&Gpu::headless().unwrap()).unwrap();
+    renderer.set_groom(&groom, None).unwrap();
+    renderer.set_lights(&LightSet {
+        lights: Vec::new(),
+        constant: Vec3::ONE,
+    });
+    let white = shells_of_ball(&mut renderer, &groom, Model::Deon, 0.0);
+    let grey = shells_of_ball(&mut renderer, &groom, Model::Deon, 0.1);
+    eprintln!("radiance by depth, absorption 0 and .1: {white:.3?} {grey:.3?}");
+    for shell in white {
+        assert!((0.95..1.08).contains(&shell), "{white:?}");
+    }
+    // The least absorption leaves a middle that no light reaches.
+    assert!(grey[3] < 0.05, "{grey:?}");
 }
 
 #[test]
@@ -186,7 +206,8 @@ fn a_white_ball_stays_bright_to_its_middle_and_absorption_darkens_it() {
         lights: Vec::new(),
         constant: Vec3::ONE,
     });
-    let found = [0.0, 0.01, 0.1, 1.0].map(|sigma_a| shells_of_ball(&mut renderer, &groom, sigma_a));
+    let found =
+        [0.0, 0.01, 0.1, 1.0].map(|sigma_a| shells_of_ball(&mut renderer, &groom, Model::Marschner, sigma_a));
     eprintln!("radiance by depth, absorption 0, .01, .1, 1: {found:.3?}");
     for (depth, white) in found[0].iter().enumerate() {
         assert!((0.50..1.05).contains(white), "shell {depth}: {found:?}");

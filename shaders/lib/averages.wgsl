@@ -3,6 +3,9 @@
 //!use lib/paths.wgsl
 // Forward and backward averages of one fibre's scattering (Xu 2011, Eq 32 with true cosines), unsmoothed circular fibre.
 
+// R, TT and TRT alone lose what higher orders carry.
+const IS_LOSSLESS: bool = false;
+
 const AVERAGE_OUTER: u32 = 6u;
 const AVERAGE_GAMMA: u32 = 16u;
 

@@ -5,6 +5,9 @@
 // Forward and backward averages of the fibre of d'Eon 2011, all orders: Xu 2011, Eq 32 with S_p = M_p N_p. Stands in for lib/averages.wgsl.
 // The tilt goes with the light, so that the cone integrates to one and a fibre without absorption loses nothing.
 
+// A fibre that absorbs nothing sends out what it gets.
+const IS_LOSSLESS: bool = true;
+
 const AVERAGE_OUTER: u32 = 6u;
 const AVERAGE_GAMMA: u32 = 16u;
 

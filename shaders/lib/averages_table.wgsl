@@ -13,7 +13,7 @@ const SIGMA_SCALE: f32 = 0.05;
 const SIGMA_GROWTH: f32 = 0.20641;
 
 // Smallest k: keeps the limit of fibres without loss within reach of f32.
-const K_MIN: f32 = 1e-3;
+const K_MIN: f32 = 3e-4;
 
 // Xu 2011 Eq 32 and below (a: share of the power scattered forward, backward; alpha: shift, beta: standard deviation, both in theta_h), and k.
 struct FibreAverages {

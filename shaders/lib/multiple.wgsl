@@ -22,7 +22,7 @@ const MULTIPLE_MIN_COS: f32 = 0.05;
 
 // The path sums of one (point, light).
 struct PathRecord {
-    t_f: vec3f,              // exp(-S_f), mean over the lobe
+    s_f: vec3f,              // sum of 1 - a_f: -ln of the mean of exp(-S_f) over the lobe
     spread: f32,             // sum of beta_f^2 over the fibres crossed / (1 - exp(-n)), theta_h
     kappa: vec3f,            // 2 sum of k behind the point
     n: f32,                  // -ln of the mean of exp(-n)
@@ -44,6 +44,7 @@ struct MultipleView {
     a_f: vec3f,              // at theta_o
     a_b: vec3f,
     rho: vec3f,              // reflectance of a half space of such fibres
+    share: f32,              // least k / (1 - a_f): light that was turned round dies away that much slower than light scattered forward
 }
 
 // What a neighbourhood sends back at one inclination.
@@ -60,12 +61,13 @@ fn unpack_path(words: vec4u) -> PathRecord {
 }
 
 fn prepare_multiple(f: Fibre, theta_o: f32, phi_o: f32) -> MultipleView {
-    var v = MultipleView(f, theta_o, phi_o, prepare_forward(f, theta_o), vec3f(0.0), vec3f(0.0), vec3f(0.0), vec3f(0.0));
+    var v = MultipleView(f, theta_o, phi_o, prepare_forward(f, theta_o), vec3f(0.0), vec3f(0.0), vec3f(0.0), vec3f(0.0), 1.0);
     for (var c = 0u; c < 3u; c++) {
         let at_view = fibre_averages(f.sigma_a[c], theta_o);
         v.sigma_place[c] = averages_sigma_place(f.sigma_a[c]);
         v.a_f[c] = at_view.a_f;
         v.a_b[c] = at_view.a_b;
+        v.share = min(v.share, at_view.k / max(1.0 - at_view.a_f, K_MIN));
         v.rho[c] = half_space_reflectance(f.sigma_a[c]);
     }
     return v;
@@ -74,7 +76,8 @@ fn prepare_multiple(f: Fibre, theta_o: f32, phi_o: f32) -> MultipleView {
 // The terms of M2 without their weights, for light from (theta, phi).
 fn m2_terms(v: MultipleView, theta: f32, phi: f32, path: PathRecord) -> MultipleTerms {
     let direct = exp(-path.n);
-    let scattered = max(path.t_f - direct, vec3f(0.0));
+    let t_f = exp(-path.s_f);
+    let scattered = max(t_f - direct, vec3f(0.0));
     let phi_d = abs(wrapped(v.phi_o - phi));
     // beta_f is a standard deviation in theta_h, a deviation in theta_i is twice as wide.
     let variance = 4.0 * max(path.spread, 1e-5);
@@ -93,7 +96,7 @@ fn m2_terms(v: MultipleView, theta: f32, phi: f32, path: PathRecord) -> Multiple
     let back = backward(v, theta, false);
     terms.l = depth_share * (direct * lit * local_scattering(v, back, theta, 0.0)
         + scattered * around * local_scattering(v, back, theta, variance));
-    terms.u = v.rho * depth_share * path.t_f * mix(v.a_f, v.a_b, phi_d / PI) / PI;
+    terms.u = v.rho * depth_share * t_f * mix(v.a_f, v.a_b, phi_d / PI) / PI;
     return terms;
 }
 
@@ -101,7 +104,8 @@ fn m2_terms(v: MultipleView, theta: f32, phi: f32, path: PathRecord) -> Multiple
 // point, there and back, beyond the light that has not turned round yet; it comes from everywhere.
 fn m3_terms(v: MultipleView, theta: f32, phi: f32, path: PathRecord) -> MultipleTerms {
     let direct = exp(-path.n);
-    let scattered = max(path.t_f - direct, vec3f(0.0));
+    let t_f = exp(-path.s_f);
+    let scattered = max(t_f - direct, vec3f(0.0));
     let phi_d = abs(wrapped(v.phi_o - phi));
     // beta_f is a standard deviation in theta_h, a deviation in theta_i is twice as wide.
     let variance = 4.0 * max(path.spread, 1e-5);
@@ -109,7 +113,7 @@ fn m3_terms(v: MultipleView, theta: f32, phi: f32, path: PathRecord) -> Multiple
     var terms: MultipleTerms;
     let rho2 = v.rho * v.rho;
     terms.d = (1.0 + M3_SPARED * (1.0 - rho2 * rho2)) * scattered * forward_scattering(v.forward, theta, cos(phi_d), variance);
-    terms.u = max(two_streams(v, theta, path) - path.t_f, vec3f(0.0)) * (v.a_f + v.a_b) / (4.0 * PI);
+    terms.u = max(two_streams(v, theta, path) - t_f, vec3f(0.0)) * (v.a_f + v.a_b) / (4.0 * PI);
     return terms;
 }
 
@@ -127,7 +131,7 @@ fn two_streams(v: MultipleView, theta: f32, path: PathRecord) -> vec3f {
         let a_f = averages_entry(v.sigma_place[c], place, 0u).x;
         share[c] = averages_entry(v.sigma_place[c], place, 1u).z / max(1.0 - a_f, K_MIN);
     }
-    let front = pow(max(path.t_f, vec3f(1e-8)), min(share, vec3f(1.0)));
+    let front = exp(-path.s_f * min(share, vec3f(1.0)));
     let returned = v.rho * v.rho * b;
     let carried = front * (1.0 - returned + v.rho * one_minus_b);
     return carried / max(1.0 - returned * front * front, vec3f(1e-6));
@@ -137,7 +141,7 @@ fn two_streams(v: MultipleView, theta: f32, path: PathRecord) -> vec3f {
 // included; per L_j times the lobe's solid angle, no term U.
 fn zinke2008_terms(v: MultipleView, theta_j: f32, phi_j: f32, lambda_j: f32, path: PathRecord) -> MultipleTerms {
     let direct = exp(-path.n);
-    let scattered = ZINKE_DENSITY * max(path.t_f - direct, vec3f(0.0));
+    let scattered = ZINKE_DENSITY * max(exp(-path.s_f) - direct, vec3f(0.0));
     let phi_d = abs(wrapped(v.phi_o - phi_j));
     let spread = max(path.spread * (1.0 - direct), 1e-5);
     let sigma_f = sqrt(lambda_j * lambda_j + 2.0 * spread);

@@ -15,8 +15,11 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) no
     let sigma = group.x;
     let theta = averages_theta(node);
     let raw = scattering_averages(guarded_fibre(mean_fibre), averages_sigma(sigma), theta);
-    // A fibre can not send out more than it gets; quadrature and the lobes' norm may say a little more.
-    let excess = max(raw.a_f + raw.a_b, 1.0);
+    // A fibre can not send out more than it gets, one that loses nothing no less; quadrature and the lobes' norm may say a little else, which
+    // over hundreds of fibres would be all.
+    var whole = raw;
+    if IS_LOSSLESS { whole = scattering_averages(guarded_fibre(mean_fibre), 0.0, theta); }
+    let excess = select(max(raw.a_f + raw.a_b, 1.0), whole.a_f + whole.a_b, IS_LOSSLESS);
     let a_f = raw.a_f / excess;
     let a_b = raw.a_b / excess;
     let k = decay_per_fibre(a_f, a_b);

@@ -39,8 +39,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     for (var j = 0u; j < shade.light_count; j++) {
         let light = lights[shade.first_light + j];
         let path = unpack_path(paths[shade.first_record + j * shade.point_count + point]);
-        // Every term is a part of what is scattered forward to the point.
-        let most = max(path.t_f.r, max(path.t_f.g, path.t_f.b));
+        // D and L are parts of what is scattered forward to the point; U dies away slower.
+        let most = exp(-view.share * min(path.s_f.r, min(path.s_f.g, path.s_f.b)));
         if skips_hidden && (most < NOTHING_ARRIVES || most * light.share < LITTLE) { continue; }
         light_count++;
         out += light.radiance * terms_of_light(view, local_from_world, shade.first_light + j, light.direction, path);

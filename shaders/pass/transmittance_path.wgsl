@@ -14,12 +14,14 @@
 @group(0) @binding(7) var<uniform> run: LightRun;
 @group(0) @binding(8) var<storage, read> voxel_forward: array<vec4u>;
 @group(0) @binding(9) var<storage, read> voxel_behind: array<vec4u>;
-@group(0) @binding(10) var<storage, read_write> paths: array<vec4u>;    // 8 x f16: T_f rgb, spread, 2 sum k rgb, n
+@group(0) @binding(10) var<storage, read_write> paths: array<vec4u>;    // 8 x f16: S_f rgb, spread, 2 sum k rgb, n
 @group(0) @binding(11) var<storage, read> work: WorkList;            // points to march from
 
-// Sums above stand for nothing that could be seen.
+// Sums above stand for nothing that could be seen: towards the light, behind. Light that was turned round dies away with k, in white hair far slower than
+// with S_f; no hair is deeper than DEEPEST.
 const SUM_MAX: f32 = 6.0;
 const BEHIND_MAX: f32 = 3.0;
+const DEEPEST: f32 = 80.0;
 
 struct PathSums {
     s_f: vec3f,              // sum of (1 - a_f)
@@ -62,11 +64,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     let count = f32(light.path_count);
     let n = -log(max(t_direct / count, exp(-SUM_MAX)));
+    // Far too small for a 16-bit float themselves.
+    let s_f = -log(max(t_f / count, vec3f(exp(-DEEPEST))));
     let kappa = 2.0 * march_behind(here.xyz, -light.axis, own);
-    t_f /= count;
     paths[run.first_record + point] = vec4u(
-        pack2x16float(t_f.xy),
-        pack2x16float(vec2f(t_f.z, spread / max(spread_weight, 1e-6))),
+        pack2x16float(s_f.xy),
+        pack2x16float(vec2f(s_f.z, spread / max(spread_weight, 1e-6))),
         pack2x16float(kappa.xy),
         pack2x16float(vec2f(kappa.z, n)),
     );
@@ -76,7 +79,8 @@ fn march_forward(start: vec3f, w: vec3f, own: OwnStrand) -> PathSums {
     var m = march_begin(start, w, own, 0.0);
     var crossing: Crossing;
     var sums: PathSums;
-    while (min(sums.s_f.x, min(sums.s_f.y, sums.s_f.z)) < SUM_MAX && march_next(&m, &crossing)) {
+    var turned = vec3f(0.0);
+    while (any((sums.s_f < vec3f(SUM_MAX)) | (turned < vec3f(SUM_MAX))) && any(sums.s_f < vec3f(DEEPEST)) && march_next(&m, &crossing)) {
         if (crossing.blocked) {
             sums.blocked = true;
             break;
@@ -87,6 +91,7 @@ fn march_forward(start: vec3f, w: vec3f, own: OwnStrand) -> PathSums {
         let loss = max(across + crossing.sin2_theta * slope, vec4f(0.0));
         let lost = min(loss.xyz, vec3f(1.0));
         sums.s_f += vec3f(optical_depth(crossing, lost.x), optical_depth(crossing, lost.y), optical_depth(crossing, lost.z));
+        turned += crossing.expected * decay_in(crossing);
         sums.spread += crossing.expected * loss.w;
         sums.n += optical_depth(crossing, 1.0);
     }
@@ -99,10 +104,15 @@ fn march_behind(start: vec3f, w: vec3f, own: OwnStrand) -> vec3f {
     var crossing: Crossing;
     var sum = vec3f(0.0);
     while (min(sum.x, min(sum.y, sum.z)) < BEHIND_MAX && march_next(&m, &crossing) && !crossing.blocked) {
-        let words = voxel_behind[crossing.voxel];
-        let across = vec3f(unpack2x16float(words.x), unpack2x16float(words.y).x);
-        let slope = vec3f(unpack2x16float(words.z), unpack2x16float(words.w).x);
-        sum += crossing.expected * clamp(across + crossing.sin2_theta * slope, vec3f(0.0), vec3f(1.0));
+        sum += crossing.expected * decay_in(crossing);
     }
     return sum;
+}
+
+// k of a fibre of the voxel that is crossed.
+fn decay_in(crossing: Crossing) -> vec3f {
+    let words = voxel_behind[crossing.voxel];
+    let across = vec3f(unpack2x16float(words.x), unpack2x16float(words.y).x);
+    let slope = vec3f(unpack2x16float(words.z), unpack2x16float(words.w).x);
+    return clamp(across + crossing.sin2_theta * slope, vec3f(0.0), vec3f(1.0));
 }

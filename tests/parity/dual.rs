@@ -211,8 +211,8 @@ pub const PARITIES: &[Parity] = &[
         call: "
             let p = unpack_path(vec4u(pack2x16float(vec2f(x[0], x[1])), pack2x16float(vec2f(x[2], x[3])),
                 pack2x16float(vec2f(x[4], x[5])), pack2x16float(vec2f(x[6], x[7]))));
-            y = vec4f(p.t_f.x + 2.0 * p.t_f.y + 4.0 * p.t_f.z, p.spread, p.kappa.x + 2.0 * p.kappa.y + 4.0 * p.kappa.z, p.n);",
-        domain: "shares 0 to 1, spread to 1, kappa and n to 6",
+            y = vec4f(p.s_f.x + 2.0 * p.s_f.y + 4.0 * p.s_f.z, p.spread, p.kappa.x + 2.0 * p.kappa.y + 4.0 * p.kappa.z, p.n);",
+        domain: "sums and spread to 1, kappa and n to 6",
         tolerance: 1e-3,
         reason: "16-bit floats",
         calls: CALLS,
@@ -324,19 +324,19 @@ const FORWARD: &str = "
 
 const M2: &str = "
     let f = Fibre(vec3f(x[0]), 1.55, vec3f(-0.07, 0.035, 0.105), 1.0, vec3f(0.1, 0.05, 0.2), 0.25);
-    let terms = m2_terms(prepare_multiple(f, x[1], x[3]), x[2], 0.0, PathRecord(vec3f(x[5]), x[6], vec3f(x[7]), x[4]));
+    let terms = m2_terms(prepare_multiple(f, x[1], x[3]), x[2], 0.0, PathRecord(vec3f(-log(x[5])), x[6], vec3f(x[7]), x[4]));
     y = vec4f(terms.l.x, terms.u.x, 0.0, 0.0);";
 
 const M3: &str = "
     let f = Fibre(vec3f(x[0]), 1.55, vec3f(-0.07, 0.035, 0.105), 1.0, vec3f(0.1, 0.05, 0.2), 0.25);
-    let path = PathRecord(vec3f(x[5]), x[6], vec3f(x[7]), x[4]);
+    let path = PathRecord(vec3f(-log(x[5])), x[6], vec3f(x[7]), x[4]);
     let view = prepare_multiple(f, x[1], x[3]);
     let terms = m3_terms(view, x[2], 0.0, path);
     y = vec4f(terms.u.x, terms.d.x / max(m2_terms(view, x[2], 0.0, path).d.x, 1e-20), 0.0, 0.0);";
 
 const ZINKE: &str = "
     let f = Fibre(vec3f(x[0]), 1.55, vec3f(-0.07, 0.035, 0.105), 1.0, vec3f(0.1, 0.05, 0.2), 0.25);
-    let terms = zinke2008_terms(prepare_multiple(f, x[1], x[3]), x[2], 0.0, x[7], PathRecord(vec3f(x[5]), x[6], vec3f(0.0), x[4]));
+    let terms = zinke2008_terms(prepare_multiple(f, x[1], x[3]), x[2], 0.0, x[7], PathRecord(vec3f(-log(x[5])), x[6], vec3f(0.0), x[4]));
     y = vec4f(terms.d.x, 0.0, 0.0, 0.0);";
 
 /// L and U of M2, from the reference's averages. A finite layer sends back (1 - b) / (1 - rho^2 b) of what a half space does.
@@ -371,7 +371,7 @@ fn m3_turned(x: &[f64; super::ARGUMENTS]) -> f64 {
     let rho = dual::mean_reflectance(&fibre([sigma_a; 3]), 1e-3).unwrap()[0];
     let here = averages(sigma_a, theta);
     let (loss, back) = (1.0 - here.a_f[0], here.a_b[0]);
-    let k = ((loss - back) * (loss + back)).max(1e-6).sqrt();
+    let k = ((loss - back) * (loss + back)).max(9e-8).sqrt();
     // The fibre whose streams decay by k and whose half space reflects rho.
     let a = k * (1.0 + rho * rho) / (1.0 - rho * rho);
     let b = 2.0 * k * rho / (1.0 - rho * rho);

@@ -26,7 +26,11 @@ impl Transmittance {
         let mut records = Vec::new();
         for batch in self.batches() {
             let of_batch = gpu.read::<[f16; 8]>(&batch.path, batch.lights.len() * point_count)?;
-            records.extend(of_batch.iter().map(|record| record.map(f32::from)));
+            records.extend(of_batch.iter().map(|record| {
+                let [r, g, b, rest @ ..] = record.map(f32::from);
+                let [spread, k_r, k_g, k_b, n] = rest;
+                [(-r).exp(), (-g).exp(), (-b).exp(), spread, k_r, k_g, k_b, n]
+            }));
         }
         Ok(records)
     }
