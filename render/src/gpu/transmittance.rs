@@ -100,7 +100,7 @@ struct LightBuffers {
     exact: Option<ExactLights>,
 }
 
-/// Uniform of the marches, same layout as `LightRun` in the passes.
+/// One light of a march, same layout as `LightRun` in the passes.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct LightRun {
@@ -109,6 +109,9 @@ struct LightRun {
     first_record: u32,
     prior: f32,
 }
+
+/// Pairs of a light and a point that are marched in one submission, where the points of one light are not more.
+const MARCHED_AT_ONCE: u32 = 1 << 15;
 
 /// What has to run again.
 struct Stale {
@@ -498,7 +501,7 @@ impl Transmittance {
         Ok(u64::from(count))
     }
 
-    /// Marches from the listed points to those of `lights` that are numbered, one submission per light, so that a slow adapter stays
+    /// Marches from the listed points to those of `lights` that are numbered, in submissions small enough that a slow adapter stays
     /// responsive between them.
     fn march_lights(
         &self,
@@ -509,13 +512,12 @@ impl Transmittance {
         listed_points: u32,
         numbered: &[u32],
     ) -> Result<(), GpuError> {
+        let lights_at_once = (MARCHED_AT_ONCE / listed_points.max(1)).max(1) as usize;
         for batch in self.batches.iter().filter(|_| listed_points > 0) {
-            for light in numbered
-                .iter()
-                .copied()
+            let numbered = numbered.iter().copied();
+            let runs: Vec<LightRun> = numbered
                 .filter(|light| batch.lights.contains(light))
-            {
-                let run = LightRun {
+                .map(|light| LightRun {
                     point_count: volume.point_count,
                     light,
                     first_record: (light - batch.lights.start) * volume.point_count,
@@ -523,8 +525,10 @@ impl Transmittance {
                         Records::Exact(exact) => exact.prior[light as usize],
                         Records::Visibility | Records::Path => 0.0,
                     },
-                };
-                let run = gpu.uniform_of("light run", &run);
+                })
+                .collect();
+            for runs in runs.chunks(lights_at_once) {
+                let run_table = gpu.storage_of("light runs", runs)?;
                 let (light_table, directions) = match records {
                     Records::Exact(exact) => (&exact.lights, &exact.directions),
                     Records::Visibility | Records::Path => (&lights.lights, &lights.directions),
@@ -537,7 +541,7 @@ impl Transmittance {
                     (4, &volume.point_ends),
                     (5, light_table),
                     (6, directions),
-                    (7, &run),
+                    (7, &run_table),
                 ];
                 let (kernel, own): (_, &[(u32, &wgpu::Buffer)]) = match records {
                     Records::Visibility => (
@@ -564,7 +568,7 @@ impl Transmittance {
                     ),
                 };
                 let bindings = kernel.bind(gpu, &[&common, own].concat());
-                kernel.run(gpu, &bindings, listed_points);
+                kernel.run(gpu, &bindings, listed_points * runs.len() as u32);
             }
         }
         Ok(())
