@@ -1,7 +1,7 @@
 //! What the product makes of fitted lights, against the float64 scattering function integrated over every pixel of the map.
 //!
-//! N_t / cos^2 theta_d of a fibre and view is smooth: it is tabulated over (theta_i, phi_i) with the reference and interpolated;
-//! M_t and cos theta_i are exact at every pixel.
+//! N_t of a fibre and view is smooth: it is tabulated over (theta_i, phi_i) with the reference and interpolated; M_t and
+//! cos theta_i / cos^2 theta_d are exact at every pixel.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -9,6 +9,7 @@ use balayage_render::gpu::probe::{self, ProbeCase, ProbeResult};
 use balayage_render::gpu::{Gpu, Method, probe_cases};
 use balayage_render::light::{EnvironmentMap, LightSet, SrbfLight};
 use balayage_render::optics::{Direction, Fibre, OpticsError, scattering_function};
+use balayage_render::param::VertexParams;
 use glam::{DMat3, DQuat, DVec3};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -64,15 +65,16 @@ struct Strand {
 /// The scattering function of a strand.
 struct Scattering<'a> {
     strand: &'a Strand,
-    /// N_t / cos^2 theta_d at (theta_i, phi_i), rgb of R, TT and TRT.
+    /// N_t at (theta_i, phi_i), rgb of R, TT and TRT.
     table: Vec<[DVec3; 3]>,
 }
 
-/// Random fibres of circular hair.
-fn strands(count: usize) -> Vec<Strand> {
+/// Random fibres of circular hair; with `like`, all of that hair in random places.
+fn strands(count: usize, like: Option<&VertexParams>) -> Vec<Strand> {
     let mut random = Pcg64Mcg::seed_from_u64(SEED);
     let draw = |_| {
-        let case = probe_cases::hair(&mut random, false);
+        let drawn = probe_cases::hair(&mut random, false);
+        let case = like.map_or(drawn, |params| of_hair(params, &drawn));
         // Four normal deviates give a uniform rotation; sums of uniform ones are near enough to normal to lose any axis.
         let mut deviate = || (0..12).map(|_| random.random_range(-0.5..0.5)).sum::<f64>();
         let turn = DQuat::from_xyzw(deviate(), deviate(), deviate(), deviate()).normalize();
@@ -84,15 +86,30 @@ fn strands(count: usize) -> Vec<Strand> {
     (0..count).map(draw).collect()
 }
 
-/// Holds `count` random fibres against the reference under every scene, whose maps are of one size; `on_done` hears of every fibre.
+/// The directions of `drawn` with the hair of `params`.
+fn of_hair(params: &VertexParams, drawn: &ProbeCase) -> ProbeCase {
+    let lobes = |r: f32, ratios: [f32; 2]| [1.0, ratios[0], ratios[1]].map(|ratio| f64::from(r * ratio));
+    ProbeCase {
+        sigma_a: params.sigma_a.map(f64::from),
+        alpha: lobes(params.alpha_rad, params.alpha_ratios),
+        beta: lobes(params.beta_rad, params.beta_ratios),
+        azimuthal_width: f64::from(params.azimuthal_width),
+        eta: f64::from(params.eta),
+        eccentricity: 1.0,
+        ..*drawn
+    }
+}
+
+/// Holds `count` random fibres (all of the hair `like`, if given) against the reference under every scene, whose maps are of one size; `on_done` hears of every fibre.
 pub(super) fn errors(
     gpu: &Gpu,
     count: usize,
+    like: Option<&VertexParams>,
     scenes: &[Scene],
     on_done: impl Fn() + Sync,
 ) -> Result<Vec<Errors>, CliError> {
     // A fibre's table is dropped before the next one's is made: it is the large part.
-    let strands = strands(count);
+    let strands = strands(count, like);
     let fields: Vec<EnvironmentMap> = scenes.iter().flat_map(Scene::fields).collect();
     let reference = |strand: &Strand| -> Result<Vec<DVec3>, OpticsError> {
         let radiance = Scattering::new(strand)?.under(&fields);
@@ -209,7 +226,8 @@ impl<'a> Scattering<'a> {
             };
             let scattered = scattering_function(&broad, light, view, TOLERANCE)?.to_array();
             table.push(std::array::from_fn(|t| {
-                DVec3::from_array(scattered[t]) / longitudinal(case, t, BROAD, light.theta)
+                DVec3::from_array(scattered[t]) * cos2_theta_d(case, light.theta)
+                    / longitudinal(case, t, BROAD, light.theta)
             }));
         }
         Ok(Self { strand, table })
@@ -251,8 +269,13 @@ impl<'a> Scattering<'a> {
             let low = corner(0, 0)[lobe].lerp(corner(0, 1)[lobe], b);
             low.lerp(corner(1, 0)[lobe].lerp(corner(1, 1)[lobe], b), a) * m
         };
-        (0..3).map(lobe).sum::<DVec3>() * theta.cos()
+        (0..3).map(lobe).sum::<DVec3>() * theta.cos() / cos2_theta_d(case, theta)
     }
+}
+
+/// cos^2 theta_d; not 0, where light and view run along the fibre in opposite senses.
+fn cos2_theta_d(case: &ProbeCase, theta_i: f64) -> f64 {
+    (0.5 * (case.theta_o - theta_i)).cos().powi(2).max(1e-12)
 }
 
 /// M_t of one lobe at standard deviation `beta` in theta_h: normal in theta_i around 2 alpha - theta_o.
@@ -271,7 +294,10 @@ mod tests {
 
     #[test]
     fn pixels_sum_to_the_reference_of_a_light() {
-        for strand in &strands(2) {
+        let mut strands = strands(3, None);
+        // Seen nearly along the fibre the scattering function grows without bound.
+        strands[2].case.theta_o = 1.52;
+        for strand in &strands {
             let light = SrbfLight {
                 direction: Vec3::new(0.3, 0.5, -0.8).normalize(),
                 bandwidth: 0.6,

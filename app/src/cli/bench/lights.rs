@@ -9,6 +9,7 @@ use balayage_render::gpu::Gpu;
 use balayage_render::light::{
     EnvironmentMap, FitSettings, HairKernel, HairProbe, Harmonics, MAX_LIGHTS, Objective, fit_lights,
 };
+use balayage_render::param::{LobeRatios, PigmentSet, PointValues};
 use clap::Args;
 use glam::{DVec3, Vec3};
 
@@ -46,6 +47,9 @@ pub(super) struct LightsArgs {
     /// GPU) against the float64 reference integrated over the map's pixels.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     end_to_end: Option<u32>,
+    /// All these fibres with the parameters of a new project's hair instead of random ones.
+    #[arg(long, requires = "end_to_end")]
+    new_hair: bool,
     /// Seed of the fits.
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -216,7 +220,9 @@ fn run_end_to_end(
     let progress = console.progress(u64::from(count), "integrating");
     let done = AtomicU64::new(0);
     let on_done = || progress.at(1 + done.fetch_add(1, Ordering::Relaxed));
-    let errors = end_to_end::errors(&gpu, count as usize, &scenes, on_done)?;
+    let new_hair = PointValues::default().vertex_params(PigmentSet::default(), &LobeRatios::default());
+    let like = args.new_hair.then_some(&new_hair);
+    let errors = end_to_end::errors(&gpu, count as usize, like, &scenes, on_done)?;
     let mut table = Table::new(
         "lights_end_to_end",
         [
@@ -246,8 +252,12 @@ fn run_end_to_end(
         notes: vec![
             format!("device: {}", gpu.adapter_name),
             format!(
-                "{count} random fibres of circular hair (beta_R from 1.7 to 14 degrees) and views, {} lights, standard quality, R + TT + TRT, rgb \
-                 norm",
+                "{count} random places and views of {}, {} lights, standard quality, R + TT + TRT, rgb norm",
+                if args.new_hair {
+                    "a new project's hair (beta_R of 5.5 degrees)"
+                } else {
+                    "random circular hair (beta_R from 1.7 to 14 degrees)"
+                },
                 args.light_count
             ),
             "reference: the float64 scattering function integrated over every pixel; fit alone: the reference under the lights against \
