@@ -24,6 +24,15 @@ fn camera(segment_count: u32) -> CameraUniform {
 
 /// Polylines of `width_px`-wide fibres with one radiance each, drawn; RGBA of every pixel.
 fn draw(gpu: &Gpu, strands: &[(Vec<Vec3>, f32, [f32; 3])]) -> Vec<[f32; 4]> {
+    draw_hiding(gpu, strands, 1.0).0
+}
+
+/// The same where a strand hides what is behind it from some coverage on, and the fragments that were made room for.
+fn draw_hiding(
+    gpu: &Gpu,
+    strands: &[(Vec<Vec3>, f32, [f32; 3])],
+    solid_coverage: f32,
+) -> (Vec<[f32; 4]>, u64) {
     let (mut vertices, mut segments, mut radiance) = (Vec::new(), Vec::new(), Vec::new());
     for (strand, (points, width_px, colour)) in strands.iter().enumerate() {
         for (k, p) in points.iter().enumerate() {
@@ -62,10 +71,12 @@ fn draw(gpu: &Gpu, strands: &[(Vec<Vec3>, f32, [f32; 3])]) -> Vec<[f32; 4]> {
         touched_only: false,
     };
     let mut raster = Raster::new(gpu).unwrap();
-    raster
-        .draw(gpu, &camera(segments.len() as u32), &resolve, &inputs, || Ok(()))
-        .unwrap();
-    gpu.read(&target.picture, 64 * 64).unwrap()
+    let camera = CameraUniform {
+        solid_coverage,
+        ..camera(segments.len() as u32)
+    };
+    let fragments = raster.draw(gpu, &camera, &resolve, &inputs, || Ok(())).unwrap();
+    (gpu.read(&target.picture, 64 * 64).unwrap(), fragments)
 }
 
 /// A straight strand through the picture's middle at `angle`, `length_px` long, in `pieces` segments.
@@ -84,7 +95,7 @@ fn total_alpha(picture: &[[f32; 4]]) -> f32 {
 #[test]
 fn coverage_is_the_true_area_at_any_angle() {
     let gpu = Gpu::headless().unwrap();
-    for width in [0.05, 0.4, 1.0, 3.0] {
+    for width in [0.05, 0.4, 1.0, 3.0, 12.0] {
         for k in 0..12 {
             let angle = k as f32 * 0.2718;
             let got = total_alpha(&draw(&gpu, &[(straight(angle, 40.0, 1), width, [1.0; 3])]));
@@ -129,6 +140,28 @@ fn the_order_of_strands_does_not_matter_and_the_nearer_one_hides() {
     assert!(
         middle[0] > 0.99 && middle[1] < 0.01,
         "the crossing shows {middle:?}"
+    );
+}
+
+#[test]
+fn behind_a_strand_that_covers_its_pixels_nothing_is_listed() {
+    let gpu = Gpu::headless().unwrap();
+    let strands: Vec<_> = (0..40)
+        .map(|k| {
+            let depth = 1.0 + 0.1 * ((k * 17) % 40) as f32;
+            let points = straight(0.7 * k as f32, 30.0, 3);
+            let points = points.iter().map(|p| *p * depth).collect();
+            (points, 6.0, [0.02 * k as f32, 1.0 - 0.02 * k as f32, 0.5])
+        })
+        .collect();
+    let (all, every) = draw_hiding(&gpu, &strands, 2.0);
+    let (hiding, fewer) = draw_hiding(&gpu, &strands, 1.0);
+    assert!(hiding == all, "the same picture");
+    assert!(3 * fewer < 2 * every, "{fewer} of {every} fragments");
+    // Where half a pixel would do, something is missing.
+    assert!(
+        draw_hiding(&gpu, &strands, 0.5).0 != all,
+        "the comparison sees it"
     );
 }
 

@@ -6,8 +6,12 @@ use balayage_render::gpu::{Quality, RenderSettings};
 const BUDGET_MS: f64 = 33.0;
 const SOFTWARE_BUDGET_MS: f64 = 150.0;
 
-/// Least share of the strands.
-const LEAST_SHARE: f32 = 1.0 / 32.0;
+/// Least share of the strands, and least pixels.
+const LEAST_SHARE: f32 = 1.0 / 64.0;
+const LARGEST_DIVISOR: u32 = 4;
+
+/// Above this one pixels are given up only where the strands are as few as can be.
+const USUAL_DIVISOR: u32 = 2;
 
 /// What the next quick picture is drawn with.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,23 +64,27 @@ impl Pace {
     }
 
     /// Learns from a picture that took so long. Its cost grows with the strands: strands are given up first in proportion, then pixels;
-    /// pixels come back once all strands take less than a third of the budget.
+    /// pixels come back once they take less than a third of the budget, all of them only with all strands.
     pub(crate) fn learn(&mut self, milliseconds: f64) {
         let remembered = (REMEMBERED * self.slowest_ms).min(AT_MOST * milliseconds);
         self.slowest_ms = milliseconds.max(remembered).max(0.1);
         let room = (self.budget_ms / self.slowest_ms) as f32;
+        let (share, divisor) = (self.strand_share, self.divisor);
         // Within some tenths the picture keeps its strands: another choice of them shimmers.
-        if !(1.0..1.7).contains(&room) {
+        if room < 1.0 || (room >= 1.7 && divisor <= USUAL_DIVISOR) {
             let aim = (0.8 * room).clamp(0.25, 2.0);
-            let share = (self.strand_share * aim).clamp(LEAST_SHARE, 1.0);
-            self.slowest_ms *= f64::from(share / self.strand_share);
-            self.strand_share = share;
+            self.strand_share = (share * aim).clamp(LEAST_SHARE, 1.0);
         }
-        if self.divisor == 2 && self.strand_share == 1.0 && room > 3.0 {
-            self.divisor = 1;
-        } else if self.divisor == 1 && room < 0.9 && self.strand_share < 0.5 {
-            self.divisor = 2;
+        let may_lose_pixels = (divisor < USUAL_DIVISOR && self.strand_share < 0.5)
+            || (divisor < LARGEST_DIVISOR && share == LEAST_SHARE);
+        if room > 3.0 && (share == 1.0 || divisor > USUAL_DIVISOR) {
+            self.divisor = (divisor - 1).max(1);
+        } else if room < 0.9 && may_lose_pixels {
+            self.divisor += 1;
         }
+        // What is remembered is what it would have cost with these.
+        self.slowest_ms *=
+            f64::from(self.strand_share / share) * f64::from(divisor) / f64::from(self.divisor);
     }
 }
 
@@ -92,7 +100,7 @@ mod tests {
     #[test]
     fn the_pace_finds_its_budget_and_keeps_it() {
         for (is_software, budget) in [(true, SOFTWARE_BUDGET_MS), (false, BUDGET_MS)] {
-            for whole in [5.0, 60.0, 400.0, 1000.0] {
+            for whole in [5.0, 60.0, 400.0, 1000.0, 4000.0] {
                 let mut pace = Pace::unknown(is_software);
                 // Every other picture does twice the work.
                 let learn = |pace: &mut Pace, k: u32| pace.learn(cost(pace, whole * f64::from(1 + k % 2)));
@@ -106,7 +114,7 @@ mod tests {
                 }
                 let ms = cost(&pace, 2.0 * whole);
                 assert!(
-                    ms <= budget || pace.strand_share == LEAST_SHARE,
+                    ms <= budget || (pace.strand_share, pace.divisor) == (LEAST_SHARE, LARGEST_DIVISOR),
                     "{ms} ms of {budget} at {whole}: {pace:?}"
                 );
                 // Cheap scenes get everything, and no scene is thinned more than it has to be.

@@ -11,6 +11,7 @@ struct CameraUniform {
     end_row: u32,
     segment_count: u32,      // that are drawn, from the first one on
     width_factor: f32,       // on the width of the strands: fewer of them stand for all
+    solid_coverage: f32,     // from which a strand hides all that is behind it in a pixel; above 1: never
 }
 
 // Image point in pixels (x right, y down) and depth along the axis of a view-space point in front of the camera.

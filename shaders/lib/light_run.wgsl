@@ -1,4 +1,5 @@
-// One light's rays from all listed points (Rust: gpu::transmittance::LightRun).
+// One light's rays from all listed points (Rust: gpu::transmittance::LightRun). A march runs one thread a pair of light and listed point,
+// light after light.
 
 struct LightRun {
     point_count: u32,

@@ -1,4 +1,4 @@
-// Radiance of every refined vertex: its single scattering (in the middle of a straight span that of the ends), and the multiple scattering of
+// Radiance of every refined vertex that a pixel shows: its single scattering (in the middle of a straight span that of the ends), and the multiple scattering of
 // the two groom points around it. Its a is the number of the frame that changed it.
 
 //!use lib/refined.wgsl
@@ -14,11 +14,12 @@ struct RadianceUniform {
 @group(0) @binding(3) var<storage, read_write> radiance: array<vec4f>;
 @group(0) @binding(4) var<storage, read> spans: array<u32>;             // StrandBuffers::spans
 @group(0) @binding(5) var<uniform> now: RadianceUniform;
+@group(0) @binding(6) var<storage, read> wanted: array<u32>;            // StrandBuffers::wanted_vertices
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
     let index = id.x + id.y * 65535u * 64u;
-    if index >= arrayLength(&scattered_once) { return; }
+    if index >= arrayLength(&scattered_once) || wanted[index] == 0u { return; }
     let point = vertices[index].source_point;
     let next = min(point + 1u, arrayLength(&multiple) - 1u);
     let span = select(0u, spans[index], now.straight != 0u);

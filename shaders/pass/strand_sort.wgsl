@@ -125,6 +125,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 // A vertex that a pixel shows, or the two between which it is interpolated, and the groom points it lies between.
 fn want(vertex: u32) {
     let span = select(0u, spans[vertex], settings.straight != 0u);
+    if span != 0u { wanted_vertices[vertex] = 2u; }
     wanted_vertices[vertex - (span & 0xffffu)] = 1u;
     wanted_vertices[vertex + (span >> 16u)] = 1u;
     let point = vertices[vertex].source_point;

@@ -11,7 +11,7 @@
 @group(0) @binding(4) var<storage, read> point_ends: array<u32>;        // strand * 4, bit 0: root, bit 1: tip
 @group(0) @binding(5) var<storage, read> lights: array<LobeLight>;
 @group(0) @binding(6) var<storage, read> directions: array<LobeDirection>;
-@group(0) @binding(7) var<uniform> run: LightRun;
+@group(0) @binding(7) var<storage, read> runs: array<LightRun>;
 @group(0) @binding(8) var<storage, read_write> visibility: array<vec2u>; // 4 x f16: a, b (world space)
 @group(0) @binding(9) var<storage, read> work: WorkList;                // points to trace from
 @group(0) @binding(10) var<storage, read> first_share: array<u32>;      // per voxel, its fibres in `shares`
@@ -20,8 +20,9 @@
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
     let index = id.x + id.y * 65535u * 64u;
-    if index >= work.count { return; }
-    let point = work.items[index];
+    if index >= work.count * arrayLength(&runs) { return; }
+    let run = runs[index / work.count];
+    let point = work.items[index % work.count];
     let light = lights[run.light];
     let start = points[point].xyz;
     let angle = turn_angle(point, run.light);

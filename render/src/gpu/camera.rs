@@ -146,8 +146,10 @@ pub struct CameraUniform {
     pub segment_count: u32,
     /// Factor on the width of the strands.
     pub width_factor: f32,
+    /// Coverage from which a strand hides all that is behind it in a pixel; above 1 none does.
+    pub solid_coverage: f32,
     /// Alignment.
-    pub pad: [u32; 3],
+    pub pad: [u32; 2],
 }
 
 impl CameraUniform {
@@ -169,7 +171,8 @@ impl CameraUniform {
             end_row: size[1],
             segment_count,
             width_factor: 1.0,
-            pad: [0; 3],
+            solid_coverage: 1.0,
+            pad: [0; 2],
         }
     }
 }

@@ -19,7 +19,11 @@ pub(super) fn with_module<T>(
         what: format!("shaders/{path}"),
         reason,
     };
-    let text = shader::compose(path, instead).map_err(refused)?;
+    let mut text = shader::compose(path, instead).map_err(refused)?;
+    if gpu.is_software {
+        // Mesa's lavapipe compiles a shader anew for every value of a uniform that it branches on; for values in storage it does not.
+        text = text.replace("var<uniform>", "var<storage, read>");
+    }
     with_source(gpu, path, wgpu::ShaderSource::Wgsl(text.into()), pipeline).map_err(refused)
 }
 

@@ -54,6 +54,8 @@ pub struct PictureBuffers {
     pub picks: wgpu::Buffer,
     counts: wgpu::Buffer,
     offsets: wgpu::Buffer,
+    /// Depth bits of the nearest strand that covers the whole pixel.
+    solid: wgpu::Buffer,
     /// What each sub-sample has left behind all strands, four 16-bit shares a pixel.
     left: wgpu::Buffer,
 }
@@ -71,6 +73,7 @@ impl PictureBuffers {
             picks: gpu.storage("picks", 8 * pixels)?,
             counts: gpu.storage("fragment counts", 4 * pixels)?,
             offsets: gpu.storage("fragment offsets", 4 * pixels)?,
+            solid: gpu.storage("solid strands", 4 * pixels)?,
             left: gpu.storage("left behind strands", 8 * pixels)?,
         })
     }
@@ -216,6 +219,7 @@ impl Raster {
         let target = inputs.target;
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         encoder.clear_buffer(&target.counts, 0, None);
+        encoder.clear_buffer(&target.solid, 0, None);
         encoder.clear_buffer(&self.total, 0, None);
         gpu.queue.submit([encoder.finish()]);
         self.bin(gpu, &self.count, band, inputs);
@@ -245,9 +249,10 @@ impl Raster {
                 (3, &inputs.target.counts),
                 (4, &inputs.target.offsets),
                 (5, &self.fragments),
+                (6, &inputs.target.solid),
             ],
         );
-        kernel.run(gpu, &bound, inputs.strands.segment_count);
+        kernel.run(gpu, &bound, band.segment_count);
     }
 
     /// Brings the fragments of each pixel in order and marks what they show as wanted.

@@ -27,11 +27,13 @@ pub enum Saving {
     Levels = 1 << 8,
     /// Multiple scattering stays while a hand turns the view by less than two degrees.
     Turning = 1 << 9,
+    /// Behind a strand that covers its whole pixel no other is listed.
+    Covered = 1 << 10,
 }
 
 impl Saving {
     /// All of them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Unseen,
         Self::Untouched,
         Self::Gain,
@@ -42,6 +44,7 @@ impl Saving {
         Self::Straight,
         Self::Levels,
         Self::Turning,
+        Self::Covered,
     ];
 
     /// Its name on the command line and in tables.
@@ -57,6 +60,7 @@ impl Saving {
             Self::Straight => "straight",
             Self::Levels => "levels",
             Self::Turning => "turning",
+            Self::Covered => "covered",
         }
     }
 
@@ -64,7 +68,7 @@ impl Saving {
     pub const fn bound(self) -> f64 {
         match self {
             // The same numbers, or the same up to the order in which they are added.
-            Self::Unseen | Self::Untouched => 0.0,
+            Self::Unseen | Self::Untouched | Self::Covered => 0.0,
             Self::Gain | Self::Circular => 1e-5,
             Self::FewLights => 1e-3,
             Self::Absorbed => 2e-3,

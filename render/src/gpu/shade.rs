@@ -232,6 +232,7 @@ impl ShadePass {
             (3, &strands.radiance),
             (4, &strands.spans),
             (5, &uniform),
+            (6, &strands.wanted_vertices),
         ];
         self.sum.run(gpu, &self.sum.bind(gpu, &sum), strands.vertex_count);
         Ok(report)

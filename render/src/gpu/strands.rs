@@ -61,7 +61,7 @@ pub struct StrandBuffers {
     pub segment_count: u32,
     /// Number of groom points.
     pub point_count: u32,
-    /// u32 a vertex, not 0 where some pixel shows it.
+    /// u32 a vertex: 1 where it is shaded for some pixel, 2 where a pixel shows it interpolated, else 0.
     pub wanted_vertices: wgpu::Buffer,
     /// u32 a groom point, not 0 where a wanted vertex lies beside it.
     pub wanted_points: wgpu::Buffer,

@@ -98,7 +98,7 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "NAME")]
     debug_view: Option<DebugView>,
     /// Work that need not be done: all, none, or some of unseen, untouched, gain, few-lights, hidden, circular, absorbed, straight, levels,
-    /// turning. The highest quality makes only those that change nothing.
+    /// turning, covered. The highest quality makes only those that change nothing.
     #[arg(long, value_name = "NAMES", default_value = "all")]
     savings: Savings,
     /// Unpainted parameters, as eumelanin=1.3; repeat for more.

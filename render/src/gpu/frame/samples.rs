@@ -44,6 +44,11 @@ impl Samples<'_> {
         let samples = settings.samples.max(1);
         let uniform = |sample: u32| CameraUniform {
             width_factor: now.sample.1,
+            solid_coverage: if settings.savings.has(Saving::Covered) {
+                1.0
+            } else {
+                2.0
+            },
             ..CameraUniform::new(
                 &now.camera,
                 target.size,

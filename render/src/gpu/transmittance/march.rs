@@ -7,7 +7,7 @@ use super::volume_buffers::VolumeBuffers;
 use super::{ExactLights, LightBatch, PATH_BYTES, Transmittance, VISIBILITY_BYTES};
 use crate::gpu::{Gpu, GpuError};
 
-/// Uniform of the marches, same layout as `LightRun` in the passes.
+/// One light of a march, same layout as `LightRun` in the passes.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct LightRun {
@@ -18,8 +18,11 @@ struct LightRun {
     is_again: u32,
 }
 
+/// Pairs of a light and a point that are marched in one submission, where the points of one light are not more.
+const MARCHED_AT_ONCE: u32 = 1 << 15;
+
 impl Transmittance {
-    /// Marches from the listed points to those of `lights` that are numbered, one submission per light, so that a slow adapter stays
+    /// Marches from the listed points to those of `lights` that are numbered, in submissions small enough that a slow adapter stays
     /// responsive between them.
     pub(super) fn march_lights(
         &self,
@@ -30,32 +33,28 @@ impl Transmittance {
         listed_points: u32,
         numbered: &[u32],
     ) -> Result<(), GpuError> {
+        let lights_at_once = (MARCHED_AT_ONCE / listed_points.max(1)).max(1) as usize;
+        let (light_table, directions) = match records {
+            Records::Exact(exact) => (&exact.lights, &exact.directions),
+            _ => (&lights.lights, &lights.directions),
+        };
         for batch in self.batches.iter().filter(|_| listed_points > 0) {
-            for light in numbered
-                .iter()
-                .copied()
+            let numbered = numbered.iter().copied();
+            let runs: Vec<LightRun> = numbered
                 .filter(|light| batch.lights.contains(light))
-            {
-                let run = LightRun {
+                .map(|light| LightRun {
                     point_count: volume.point_count,
                     light,
                     first_record: (light - batch.lights.start) * volume.point_count,
                     prior: match records {
                         Records::Exact(exact) => exact.prior[light as usize],
-                        Records::Visibility | Records::Path | Records::PathAgain(_) => 0.0,
+                        _ => 0.0,
                     },
                     is_again: u32::from(matches!(records, Records::PathAgain(_))),
-                };
-                let run = gpu.uniform_of("light run", &run);
-                let (light_table, directions) = match records {
-                    Records::Exact(exact) => (&exact.lights, &exact.directions),
-                    _ => (&lights.lights, &lights.directions),
-                };
-                let boxes = match records {
-                    Records::PathAgain(boxes) => boxes,
-                    // Not read.
-                    _ => &volume.points,
-                };
+                })
+                .collect();
+            for runs in runs.chunks(lights_at_once) {
+                let run_table = gpu.storage_of("light runs", runs)?;
                 let common = [
                     (0, &volume.grid),
                     (1, &volume.bricks),
@@ -64,8 +63,13 @@ impl Transmittance {
                     (4, &volume.point_ends),
                     (5, light_table),
                     (6, directions),
-                    (7, &run),
+                    (7, &run_table),
                 ];
+                let boxes = match records {
+                    Records::PathAgain(boxes) => boxes,
+                    // Not read.
+                    _ => &volume.points,
+                };
                 let (kernel, own): (_, &[(u32, &wgpu::Buffer)]) = match records {
                     Records::Visibility => (
                         &self.visibility,
@@ -93,7 +97,7 @@ impl Transmittance {
                     ),
                 };
                 let bindings = kernel.bind(gpu, &[&common, own].concat());
-                kernel.run(gpu, &bindings, listed_points);
+                kernel.run(gpu, &bindings, listed_points * runs.len() as u32);
             }
         }
         Ok(())
