@@ -435,7 +435,7 @@ impl Transmittance {
     pub fn forget_changed(&mut self, gpu: &Gpu, work: &WorkList) {
         match (self.changed, &self.volume) {
             (ChangedPoints::Marked, Some(volume)) => {
-                work.forget_marked(gpu, &self.lister, &volume.path_marks)
+                work.forget_marked(gpu, &self.lister, &volume.path_marks);
             }
             (ChangedPoints::All, _) => work.forget_all(gpu),
             _ => {}
