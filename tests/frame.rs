@@ -65,11 +65,11 @@ fn dye(params: &mut [VertexParams], strand: usize) -> std::ops::Range<u32> {
     range.start as u32..range.end as u32
 }
 
-fn pixels(renderer: &Renderer) -> Vec<[f32; 4]> {
+pub fn pixels(renderer: &Renderer) -> Vec<[f32; 4]> {
     renderer.picture().unwrap().pixels
 }
 
-fn frame(renderer: &mut Renderer, x: f32, interactive: bool) -> FrameReport {
+pub fn frame(renderer: &mut Renderer, x: f32, interactive: bool) -> FrameReport {
     let settings = RenderSettings {
         interactive,
         ..Default::default()

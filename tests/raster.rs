@@ -1,10 +1,12 @@
 //! Strand drawing: coverage is the true area, whatever the angle, width and order.
 
+use balayage_render::gpu::bench::{Ribbons, true_alpha};
 use balayage_render::gpu::camera::CameraUniform;
 use balayage_render::gpu::head::HeadTarget;
 use balayage_render::gpu::raster::{PictureBuffers, Raster, ResolveInputs, ResolveUniform};
 use balayage_render::gpu::strands::{RefinedVertex, Segment, StrandBuffers};
 use balayage_render::gpu::{Camera, Gpu};
+use balayage_render::volume::Strands;
 use bytemuck::Zeroable;
 use glam::{Mat4, Vec3};
 
@@ -50,8 +52,7 @@ fn draw_hiding(
         }
     }
     let buffers = StrandBuffers::from_parts(gpu, &vertices, &segments).unwrap();
-    gpu.queue
-        .write_buffer(&buffers.radiance, 0, bytemuck::cast_slice(&radiance));
+    buffers.set_radiance(gpu, &radiance);
     let target = PictureBuffers::new(gpu, SIZE).unwrap();
     let head = HeadTarget::new(gpu, [1, 1]).unwrap();
     let background = gpu.storage("background", 16).unwrap();
@@ -280,4 +281,85 @@ fn a_thin_strand_darkens_a_checkerboard_by_its_true_area() {
             "the strand crosses both fields"
         );
     }
+}
+
+#[test]
+fn coverage_is_that_of_clipped_polygons_and_ribbons_have_its_mean() {
+    let gpu = Gpu::headless().unwrap();
+    let width_px = 0.4;
+    let strands: Vec<_> = (0..40)
+        .map(|k| {
+            straight(0.3 * k as f32, 40.0, 5)
+                .iter()
+                .map(|p| *p * (1.0 + 0.01 * k as f32))
+                .collect::<Vec<_>>()
+        })
+        .collect();
+    let positions = strands.concat();
+    let diameters: Vec<f32> = positions.iter().map(|p| width_px / 64.0 * p.length()).collect();
+    let first_point: Vec<u32> = (0..=40).map(|k| 6 * k).collect();
+    let polylines = Strands {
+        positions: &positions,
+        diameters: &diameters,
+        first_point: &first_point,
+    };
+    let segment_count = 40 * 5;
+    let truth = true_alpha(&camera(segment_count), &polylines);
+    let wider: Vec<f32> = diameters.iter().map(|d| 1.1 * d).collect();
+    let wrong = true_alpha(
+        &camera(segment_count),
+        &Strands {
+            diameters: &wider,
+            ..polylines
+        },
+    );
+
+    let mean_error = |picture: &[[f32; 4]], truth: &[f32]| {
+        let errors = picture.iter().zip(truth).map(|(p, t)| (p[3] - t).abs());
+        errors.sum::<f32>() / truth.iter().filter(|t| **t > 0.0).count() as f32
+    };
+    let drawn: Vec<_> = strands
+        .into_iter()
+        .map(|points| (points, width_px, [1.0; 3]))
+        .collect();
+    let fragments = draw(&gpu, &drawn);
+    assert!(
+        mean_error(&fragments, &truth) < 2e-3,
+        "{}",
+        mean_error(&fragments, &truth)
+    );
+    // Strands a tenth wider are told from these.
+    assert!(
+        mean_error(&fragments, &wrong) > 5e-3,
+        "{}",
+        mean_error(&fragments, &wrong)
+    );
+
+    let vertices: Vec<RefinedVertex> = positions
+        .iter()
+        .zip(&diameters)
+        .map(|(p, diameter)| RefinedVertex {
+            position: p.to_array(),
+            diameter: *diameter,
+            ..Zeroable::zeroed()
+        })
+        .collect();
+    let segments: Vec<Segment> = (0..segment_count)
+        .map(|k| Segment {
+            vertex: k / 5 * 6 + k % 5,
+            strand: k / 5,
+        })
+        .collect();
+    let buffers = StrandBuffers::from_parts(&gpu, &vertices, &segments).unwrap();
+    let ribbons = Ribbons::new(&gpu, SIZE).unwrap();
+    let near = CameraUniform {
+        near: 0.9,
+        ..camera(segment_count)
+    };
+    ribbons.draw(&gpu, &near, &buffers);
+    let blended: Vec<[f32; 4]> = gpu.read(&ribbons.picture, 64 * 64).unwrap();
+    let bias = total_alpha(&blended) / truth.iter().sum::<f32>() - 1.0;
+    assert!(bias.abs() < 0.03, "ribbons cover {bias} too much");
+    // Their pixels are not those of the strands.
+    assert!(mean_error(&blended, &truth) > 10.0 * mean_error(&fragments, &truth));
 }

@@ -4,6 +4,7 @@
 
 mod alembic;
 mod cli;
+mod dirty_paths;
 mod frame;
 mod furnace;
 mod groom;

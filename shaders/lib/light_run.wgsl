@@ -6,4 +6,5 @@ struct LightRun {
     light: u32,              // index among all lights
     first_record: u32,       // where this light's records begin in the batch
     prior: f32,              // weight of the record that is there; exact rays only
+    is_again: u32,           // 1: records of ways without new paint stay; path sums only
 }

@@ -3,6 +3,8 @@
 //!use lib/volume.wgsl
 //!use lib/light_run.wgsl
 //!use lib/work_list.wgsl
+//!use lib/dirty_box.wgsl
+//!use lib/marks.wgsl
 
 @group(0) @binding(0) var<uniform> volume_grid: VolumeGrid;
 @group(0) @binding(1) var<storage, read> volume_bricks: array<u32>;
@@ -16,6 +18,8 @@
 @group(0) @binding(9) var<storage, read> voxel_behind: array<vec4u>;
 @group(0) @binding(10) var<storage, read_write> paths: array<vec4u>;    // 8 x f16: S_f rgb, spread, 2 sum k rgb, n
 @group(0) @binding(11) var<storage, read> work: WorkList;            // points to march from
+@group(0) @binding(12) var<storage, read> boxes: array<DirtyBox>;       // new paint, where records are written again
+@group(0) @binding(13) var<storage, read_write> marks: Marks;           // rays marched and points whose record changed, where records are written again
 
 // Sums above stand for nothing that could be seen: towards the light, behind. Light that was turned round dies away with k, in white hair far slower than
 // with S_f; no hair is deeper than DEEPEST.
@@ -43,6 +47,13 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let angle = turn_angle(point, run.light);
     let turn = vec2f(cos(angle), sin(angle));
 
+    if (run.is_again != 0u) {
+        if (!meets_paint(here.xyz, light, turn)) {
+            return;
+        }
+        atomicAdd(&marks.count, light.path_count + 1u);
+    }
+
     // Towards the light: means of exp(-S_f) and exp(-n) over the lobe, and of the spread where light is scattered forward at all.
     var t_f = vec3f(0.0);
     var t_direct = 0.0;
@@ -66,12 +77,32 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     // Far too small for a 16-bit float themselves.
     let s_f = -log(max(t_f / count, vec3f(exp(-DEEPEST))));
     let kappa = 2.0 * march_behind(here.xyz, -light.axis, own);
-    paths[run.first_record + point] = vec4u(
+    let record = vec4u(
         pack2x16float(s_f.xy),
         pack2x16float(vec2f(s_f.z, spread / max(spread_weight, 1e-6))),
         pack2x16float(kappa.xy),
         pack2x16float(vec2f(kappa.z, n)),
     );
+    let at = run.first_record + point;
+    if (run.is_again != 0u && any(record != paths[at])) {
+        marks.items[point] = 1u;
+    }
+    paths[at] = record;
+}
+
+// Whether a way of the record, towards the light or behind, meets new paint.
+fn meets_paint(start: vec3f, light: LobeLight, turn: vec2f) -> bool {
+    for (var b = 0u; b < arrayLength(&boxes); b++) {
+        if (meets_box(boxes[b], start, -light.axis)) {
+            return true;
+        }
+        for (var k = 0u; k < light.path_count; k++) {
+            if (meets_box(boxes[b], start, world_from_lobe(light, directions[light.first_path + k].local, turn))) {
+                return true;
+            }
+        }
+    }
+    return false;
 }
 
 fn march_forward(start: vec3f, w: vec3f, own: OwnStrand) -> PathSums {

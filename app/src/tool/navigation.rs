@@ -10,10 +10,16 @@ use crate::document::CameraPose;
 pub struct ViewCamera {
     camera: Camera,
     pivot: Vec3,
+    /// Half the picture's height at the pivot that zooming out ends at.
+    widest: f32,
 }
 
 /// The nearest that zooming comes to the pivot, as a share of a step's start.
 const MIN_ZOOM: f32 = 0.2;
+
+/// Zooming out ends where hair that filled the picture takes this part of its height. Strands cover a pixel independently of one another:
+/// where the whole hair is less than eight pixels high its edges grow, and with them its light, by more than 1 % in a step of 4 %.
+const MOST_ZOOM_OUT: f32 = 15.0;
 
 /// The steepest tilt, degrees: beyond it "up" would flip.
 const MAX_TILT_DEG: f32 = 88.0;
@@ -21,9 +27,12 @@ const MAX_TILT_DEG: f32 = 88.0;
 impl ViewCamera {
     /// Frames the box between two corners in a viewport of that width to height.
     pub fn framing(bounds: (Vec3, Vec3), aspect: f32) -> Self {
+        let camera = Camera::framing(bounds, aspect);
+        let pivot = 0.5 * (bounds.0 + bounds.1);
         Self {
-            camera: Camera::framing(bounds, aspect),
-            pivot: 0.5 * (bounds.0 + bounds.1),
+            camera,
+            pivot,
+            widest: MOST_ZOOM_OUT * camera.position().distance(pivot) * slope(&camera),
         }
     }
 
@@ -36,7 +45,7 @@ impl ViewCamera {
         let camera = Camera::try_from(file).ok()?;
         Some(Self {
             camera,
-            pivot: 0.5 * (bounds.0 + bounds.1),
+            ..Self::framing(bounds, 1.0)
         })
     }
 
@@ -74,16 +83,19 @@ impl ViewCamera {
 
     /// Moves with the pointer at the pivot's depth.
     pub fn pan(&mut self, drag: Vec2) {
-        let height = 2.0 * self.pivot_depth() * (0.5 * self.camera.fov_y_rad).tan();
+        let height = 2.0 * self.pivot_depth() * slope(&self.camera);
         let pose = self.camera.world_from_camera;
         let offset = height * (drag.y * pose.y_axis.truncate() - drag.x * pose.x_axis.truncate());
         self.pivot += offset;
         self.set(Mat4::from_translation(offset) * pose);
     }
 
-    /// Comes nearer by the factor exp(`amount`).
+    /// Comes nearer by the factor exp(`amount`); going away ends where the hair is small ([`MOST_ZOOM_OUT`]).
     pub fn zoom(&mut self, amount: f32) {
-        let step = self.pivot_depth() * (1.0 - (-amount).exp().max(MIN_ZOOM));
+        let depth = self.pivot_depth();
+        // A camera that stands further away stays there.
+        let farthest = (self.widest / slope(&self.camera)).max(depth);
+        let step = depth - (depth * (-amount).exp().max(MIN_ZOOM)).min(farthest);
         let pose = self.camera.world_from_camera;
         self.set(Mat4::from_translation(-step * pose.z_axis.truncate()) * pose);
     }
@@ -103,7 +115,7 @@ impl ViewCamera {
 
     /// Pixels that a length at `depth` takes, for a viewport of `height` pixels.
     pub fn pixels(&self, length: f32, depth: f32, height: f32) -> f32 {
-        0.5 * height * length / (depth.max(f32::MIN_POSITIVE) * (0.5 * self.camera.fov_y_rad).tan())
+        0.5 * height * length / (depth.max(f32::MIN_POSITIVE) * slope(&self.camera))
     }
 
     /// Depth of the pivot along the axis, never zero.
@@ -121,6 +133,11 @@ impl ViewCamera {
         self.camera.world_from_camera =
             Mat4::from_cols(x.extend(0.0), y.extend(0.0), z.extend(0.0), pose.w_axis);
     }
+}
+
+/// Half the picture's height at a depth of 1.
+fn slope(camera: &Camera) -> f32 {
+    (0.5 * camera.fov_y_rad).tan()
 }
 
 #[cfg(test)]
@@ -157,6 +174,28 @@ mod tests {
         assert!(view.pivot_depth() < start.pivot_depth());
         view.zoom(-0.5);
         assert!(view.camera.position().distance(start.camera.position()) < 1e-4);
+    }
+
+    #[test]
+    fn zooming_out_ends_where_hair_is_small_and_goes_back() {
+        let start = view();
+        let mut view = start;
+        for _ in 0..200 {
+            view.zoom(-0.1);
+        }
+        let factor = view.pivot_depth() / start.pivot_depth();
+        assert!((factor / MOST_ZOOM_OUT - 1.0).abs() < 1e-3, "{factor}");
+        view.zoom(0.5);
+        assert!(view.pivot_depth() < 0.61 * MOST_ZOOM_OUT * start.pivot_depth());
+        // A wide lens sees as much from nearer by; a project's camera that stands further away is not pulled in.
+        let bounds = (Vec3::new(-1.0, 0.0, -1.0), Vec3::new(1.0, 2.0, 1.0));
+        let mut pose = start.pose();
+        pose.fov_y_deg = 120.0;
+        pose.world_from_camera[2][3] += 1000.0;
+        let mut far = ViewCamera::from_pose(&pose, bounds).unwrap();
+        let depth = far.pivot_depth();
+        far.zoom(-1.0);
+        assert!((far.pivot_depth() / depth - 1.0).abs() < 1e-5);
     }
 
     #[test]

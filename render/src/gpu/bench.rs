@@ -1,6 +1,15 @@
-//! Times of the shaders' functions from long dispatches.
+//! What benchmarks need beyond the product: times of the shaders' functions from long dispatches, the way to draw strands that was not
+//! kept, and the truth about a picture's coverage.
+
+mod area;
+mod drawing;
+mod ribbons;
 
 use std::time::Instant;
+
+pub use area::true_alpha;
+pub use drawing::{DrawnBy, draw_strands};
+pub use ribbons::Ribbons;
 
 use super::probe::{GpuCase, ProbeCase};
 use super::{Gpu, GpuError, Kernel, Method, tables::scattering_tables};

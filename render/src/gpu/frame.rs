@@ -373,10 +373,9 @@ impl Renderer {
                 report.count("visibility rays", done.visibility_rays);
                 report.count("exact rays", done.exact_rays);
                 report.count("path rays", done.path_rays);
-                // New losses change what every point gets from the light's way.
-                if done.painted_voxels > 0 {
-                    scene.strands.multiple_work.forget_all(&gpu);
-                }
+                // New losses change what points get from ways that cross them.
+                self.transmittance
+                    .forget_changed(&gpu, &scene.strands.multiple_work);
                 let inputs = ShadeInputs {
                     interrupt: self.interrupt.as_deref(),
                     ..scene.shade_inputs(&self.lights, &self.transmittance, &now, self.frame)

@@ -157,6 +157,12 @@ impl StrandBuffers {
         (segments, factor as f32)
     }
 
+    /// Takes the radiance (rgb) of every vertex as it is.
+    pub fn set_radiance(&self, gpu: &Gpu, radiance: &[[f32; 4]]) {
+        gpu.queue
+            .write_buffer(&self.radiance, 0, bytemuck::cast_slice(radiance));
+    }
+
     /// Every vertex is wanted.
     pub fn want_everything(&self, gpu: &Gpu) {
         for (buffer, count) in [

@@ -3,7 +3,10 @@
 //! Passes, in order: `averages` (table of what one fibre does), `density_paint` (losses per voxel), `transmittance_visibility` or, once a
 //! view rests, `visibility_exact`, `transmittance_path`. Visibility depends on geometry and lights; the path sums on paint as well.
 
+mod dirty_boxes;
 mod exact_lights;
+mod light_buffers;
+mod march;
 mod mean_fibre;
 mod volume_buffers;
 
@@ -11,10 +14,12 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use bytemuck::{Pod, Zeroable};
 use serde::{Deserialize, Serialize};
 
+use dirty_boxes::{DirtyBox, boxes_around};
 use exact_lights::ExactLights;
+use light_buffers::LightBuffers;
+use march::{Records, allocate_batches};
 pub use mean_fibre::MeanFibre;
 use volume_buffers::VolumeBuffers;
 
@@ -24,7 +29,7 @@ use super::work_list::{DONE, Lister, WorkList};
 use super::{Gpu, GpuError, Kernel, Method, Model};
 use crate::gpu::tables::scattering_tables;
 use crate::light::SrbfLight;
-use crate::volume::lobe::{LobeDirection, LobeLight, lobe_tables};
+use crate::volume::lobe::LobeLight;
 use crate::volume::{DensityVolume, Occluder, Strands, VolumeSettings};
 
 /// Bytes of a visibility record: a, b of T(w) = a + b . (w - A w_j) as four half floats.
@@ -92,32 +97,21 @@ pub struct TransmittanceReport {
     pub path_rays: u64,
 }
 
-/// The lights on the GPU.
-struct LightBuffers {
-    frames: Vec<LobeLight>,
-    lights: wgpu::Buffer,
-    directions: wgpu::Buffer,
-    exact: Option<ExactLights>,
-}
-
-/// One light of a march, same layout as `LightRun` in the passes.
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct LightRun {
-    point_count: u32,
-    light: u32,
-    first_record: u32,
-    prior: f32,
-}
-
-/// Pairs of a light and a point that are marched in one submission, where the points of one light are not more.
-const MARCHED_AT_ONCE: u32 = 1 << 15;
-
 /// What has to run again.
 struct Stale {
     averages: bool,
     paint: DirtyPoints,
     lights: bool,
+    /// Where voxels were painted that path sums do not know of yet.
+    ways: Vec<DirtyBox>,
+}
+
+/// Points whose path sums changed with the paint.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum ChangedPoints {
+    None,
+    Marked,
+    All,
 }
 
 /// The transmittance of a groom under its lights.
@@ -139,6 +133,7 @@ pub struct Transmittance {
     lights: Option<LightBuffers>,
     batches: Vec<LightBatch>,
     stale: Stale,
+    changed: ChangedPoints,
     /// Lights whose records are stale where the others' are not.
     moved: Vec<u32>,
     has_paint: bool,
@@ -181,7 +176,9 @@ impl Transmittance {
                 averages: false,
                 paint: DirtyPoints::NONE,
                 lights: false,
+                ways: Vec::new(),
             },
+            changed: ChangedPoints::None,
             moved: Vec::new(),
             has_paint: false,
             interrupt: None,
@@ -212,6 +209,7 @@ impl Transmittance {
             harmonics.forget();
         }
         self.stale.paint = DirtyPoints::All;
+        self.stale.ways.clear();
         self.has_paint = false;
         Ok(VolumeReport {
             voxel_size: volume.grid.voxel_size,
@@ -279,48 +277,6 @@ impl Transmittance {
         self.stale.paint != DirtyPoints::NONE
     }
 
-    /// Takes the lights and returns those that are marched in another way than before; the records of the others stay.
-    ///
-    /// # Errors
-    /// [`GpuError::TooLarge`] where their table exceeds what the adapter binds.
-    pub fn set_lights(&mut self, gpu: &Gpu, lights: &[SrbfLight]) -> Result<Vec<u32>, GpuError> {
-        let (frames, directions) = lobe_tables(lights);
-        let count = frames.len() as u32;
-        let moved = self.moved_among(&frames);
-        if !moved.is_empty() || self.lights.is_none() {
-            self.lights = Some(LightBuffers {
-                lights: gpu.storage_of("lobe lights", &frames)?,
-                directions: gpu.storage_of::<LobeDirection>("lobe directions", &directions)?,
-                frames,
-                exact: None,
-            });
-            self.srbf = lights.to_vec();
-        }
-        // Going through the lists once for a few lights is worth it where most records stay.
-        if 4 * moved.len() as u32 > count {
-            self.stale.lights = true;
-        } else {
-            self.moved.extend(&moved);
-        }
-        Ok(moved)
-    }
-
-    /// What [`Self::set_lights`] would return.
-    pub fn moved_by(&self, lights: &[SrbfLight]) -> Vec<u32> {
-        self.moved_among(&lobe_tables(lights).0)
-    }
-
-    fn moved_among(&self, frames: &[LobeLight]) -> Vec<u32> {
-        match &self.lights {
-            Some(old) if old.frames.len() == frames.len() => {
-                let pairs = (0..).zip(old.frames.iter().zip(frames));
-                let moved = pairs.filter(|(_, (old, new))| !old.is_marched_as(new));
-                moved.map(|(light, _)| light).collect()
-            }
-            _ => (0..frames.len() as u32).collect(),
-        }
-    }
-
     /// Nothing that was marched counts any more.
     pub fn forget(&mut self) {
         self.stale.lights = true;
@@ -356,8 +312,16 @@ impl Transmittance {
                 self.run_averages(gpu, fibre);
                 self.stale.averages = false;
             }
-            report.painted_voxels = self.run_paint(gpu, volume, params)?;
-            volume.path_work.forget_all(gpu);
+            let touched = volume.segment_voxels.touched(&self.stale.paint);
+            report.painted_voxels = self.run_paint(gpu, volume, params, touched.as_deref())?;
+            if let Some(voxels) = &touched {
+                self.stale
+                    .ways
+                    .extend(boxes_around(&volume.stored_bricks, voxels));
+            } else {
+                volume.path_work.forget_all(gpu);
+                self.changed = ChangedPoints::All;
+            }
             self.stale.paint = DirtyPoints::NONE;
             self.has_paint = true;
         }
@@ -400,6 +364,25 @@ impl Transmittance {
             let points = again(&volume.path_work)?;
             self.march_lights(gpu, volume, lights, Records::Path, points, &self.moved)?;
             report.path_rays += u64::from(points) * moved(|light| light.path_count + 1);
+        }
+        if !self.stale.ways.is_empty() {
+            // Those that no pixel shows as well: they are up to date, and few of them change.
+            let every_point = &volume.every_point;
+            let points = volume
+                .path_work
+                .collect_again(gpu, &self.lister, every_point, DONE)?;
+            if points > 0 {
+                let boxes = gpu.storage_of("dirty boxes", &self.stale.ways)?;
+                let mut encoder = gpu.device.create_command_encoder(&Default::default());
+                encoder.clear_buffer(&volume.path_marks, 0, Some(4));
+                gpu.queue.submit([encoder.finish()]);
+                self.march_lights(gpu, volume, lights, Records::PathAgain(&boxes), points, &every)?;
+                report.path_rays += u64::from(gpu.read::<u32>(&volume.path_marks, 1)?[0]);
+                if self.changed == ChangedPoints::None {
+                    self.changed = ChangedPoints::Marked;
+                }
+            }
+            self.stale.ways.clear();
         }
         let points = volume.visibility_work.collect(gpu, &self.lister, wanted, DONE)?;
         match &mut self.harmonics {
@@ -448,6 +431,18 @@ impl Transmittance {
         Ok(report)
     }
 
+    /// What was made from the path sums of points, and is listed in `work`, is stale where paint has changed them since the last call.
+    pub fn forget_changed(&mut self, gpu: &Gpu, work: &WorkList) {
+        match (self.changed, &self.volume) {
+            (ChangedPoints::Marked, Some(volume)) => {
+                work.forget_marked(gpu, &self.lister, &volume.path_marks);
+            }
+            (ChangedPoints::All, _) => work.forget_all(gpu),
+            _ => {}
+        }
+        self.changed = ChangedPoints::None;
+    }
+
     /// The records, batch after batch.
     pub fn batches(&self) -> &[LightBatch] {
         &self.batches
@@ -482,10 +477,15 @@ impl Transmittance {
         pass.run(gpu, &bindings, AVERAGES_NODES);
     }
 
-    /// Paints the voxels that are stale and returns their number.
-    fn run_paint(&self, gpu: &Gpu, volume: &VolumeBuffers, params: &wgpu::Buffer) -> Result<u64, GpuError> {
-        let touched = volume.segment_voxels.touched(&self.stale.paint);
-        let (run, listed, count) = paint_run(gpu, touched.as_deref(), volume.stored_voxels)?;
+    /// Paints the voxels of the list, all without one, and returns their number.
+    fn run_paint(
+        &self,
+        gpu: &Gpu,
+        volume: &VolumeBuffers,
+        params: &wgpu::Buffer,
+        touched: Option<&[u32]>,
+    ) -> Result<u64, GpuError> {
+        let (run, listed, count) = paint_run(gpu, touched, volume.stored_voxels)?;
         let buffers = [
             (0, &volume.first_share),
             (1, &volume.shares),
@@ -500,79 +500,6 @@ impl Transmittance {
             .run(gpu, &self.density_paint.bind(gpu, &buffers), count);
         Ok(u64::from(count))
     }
-
-    /// Marches from the listed points to those of `lights` that are numbered, in submissions small enough that a slow adapter stays
-    /// responsive between them.
-    fn march_lights(
-        &self,
-        gpu: &Gpu,
-        volume: &VolumeBuffers,
-        lights: &LightBuffers,
-        records: Records<'_>,
-        listed_points: u32,
-        numbered: &[u32],
-    ) -> Result<(), GpuError> {
-        let lights_at_once = (MARCHED_AT_ONCE / listed_points.max(1)).max(1) as usize;
-        for batch in self.batches.iter().filter(|_| listed_points > 0) {
-            let numbered = numbered.iter().copied();
-            let runs: Vec<LightRun> = numbered
-                .filter(|light| batch.lights.contains(light))
-                .map(|light| LightRun {
-                    point_count: volume.point_count,
-                    light,
-                    first_record: (light - batch.lights.start) * volume.point_count,
-                    prior: match records {
-                        Records::Exact(exact) => exact.prior[light as usize],
-                        Records::Visibility | Records::Path => 0.0,
-                    },
-                })
-                .collect();
-            for runs in runs.chunks(lights_at_once) {
-                let run_table = gpu.storage_of("light runs", runs)?;
-                let (light_table, directions) = match records {
-                    Records::Exact(exact) => (&exact.lights, &exact.directions),
-                    Records::Visibility | Records::Path => (&lights.lights, &lights.directions),
-                };
-                let common = [
-                    (0, &volume.grid),
-                    (1, &volume.bricks),
-                    (2, &volume.density),
-                    (3, &volume.points),
-                    (4, &volume.point_ends),
-                    (5, light_table),
-                    (6, directions),
-                    (7, &run_table),
-                ];
-                let (kernel, own): (_, &[(u32, &wgpu::Buffer)]) = match records {
-                    Records::Visibility => (
-                        &self.visibility,
-                        &[(8, &batch.visibility), (9, &volume.visibility_work.items)],
-                    ),
-                    Records::Exact(_) => (
-                        &self.visibility_exact,
-                        &[
-                            (8, &batch.visibility),
-                            (9, &volume.visibility_work.items),
-                            (10, &volume.first_share),
-                            (11, &volume.shares),
-                        ],
-                    ),
-                    Records::Path => (
-                        &self.path,
-                        &[
-                            (8, &volume.forward),
-                            (9, &volume.behind),
-                            (10, &batch.path),
-                            (11, &volume.path_work.items),
-                        ],
-                    ),
-                };
-                let bindings = kernel.bind(gpu, &[&common, own].concat());
-                kernel.run(gpu, &bindings, listed_points * runs.len() as u32);
-            }
-        }
-        Ok(())
-    }
 }
 
 /// The pass that fills the table of averages of a model.
@@ -583,31 +510,4 @@ fn averages_pass(gpu: &Gpu, model: Model) -> Result<Kernel, GpuError> {
     };
     // Its node counts are no matter of quality.
     Kernel::composed(gpu, "pass/averages.wgsl", method.files(), &[])
-}
-
-/// Which of the two records is written, and how.
-#[derive(Clone, Copy)]
-enum Records<'a> {
-    Visibility,
-    Exact(&'a ExactLights),
-    Path,
-}
-
-/// As many lights a batch as the adapter's limits allow.
-fn allocate_batches(gpu: &Gpu, point_count: u32, light_count: u32) -> Result<Vec<LightBatch>, GpuError> {
-    let limit = gpu.most_bound_bytes();
-    let per_light = PATH_BYTES * u64::from(point_count).max(1);
-    let lights_per_batch = (limit / per_light).clamp(1, u64::from(light_count.max(1))) as usize;
-    (0..light_count)
-        .step_by(lights_per_batch)
-        .map(|first| {
-            let lights = first..(first + lights_per_batch as u32).min(light_count);
-            let records = lights.len() as u64 * u64::from(point_count);
-            Ok(LightBatch {
-                lights,
-                visibility: gpu.storage("visibility records", VISIBILITY_BYTES * records)?,
-                path: gpu.storage("path records", PATH_BYTES * records)?,
-            })
-        })
-        .collect()
 }

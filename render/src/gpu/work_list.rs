@@ -4,10 +4,11 @@ use std::ops::Range;
 
 use super::{Gpu, GpuError, Kernel};
 
-/// The passes that fill work lists: with what is to be done, with what is to be changed.
+/// The passes that fill work lists, with what is to be done or with what is to be changed, and the one that forgets.
 pub struct Lister {
     to_do: Kernel,
     again: Kernel,
+    forget: Kernel,
 }
 
 /// Done, where there is only one way to do it.
@@ -22,6 +23,7 @@ impl Lister {
         Ok(Self {
             to_do: Kernel::new(gpu, "pass/work_list.wgsl", &[])?,
             again: Kernel::new(gpu, "pass/work_list.wgsl", &[("AGAIN", 1.0)])?,
+            forget: Kernel::new(gpu, "pass/work_forget.wgsl", &[])?,
         })
     }
 }
@@ -61,6 +63,12 @@ impl WorkList {
             let bytes = 4 * u64::from(end - range.start);
             encoder.clear_buffer(&self.done, 4 * u64::from(range.start), Some(bytes));
         }
+    }
+
+    /// Items that are marked are stale, and the marks are wiped. Layout of `marks`: a number that is left alone, then u32 an item.
+    pub fn forget_marked(&self, gpu: &Gpu, lister: &Lister, marks: &wgpu::Buffer) {
+        let bound = lister.forget.bind(gpu, &[(0, marks), (1, &self.done)]);
+        lister.forget.run(gpu, &bound, self.count);
     }
 
     /// Fills the list with the items that are done less well than `level` and that `wanted` (u32 an item) does not hold a 0 for, counts

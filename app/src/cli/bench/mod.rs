@@ -16,6 +16,7 @@ mod scatter;
 mod stress;
 mod volume;
 mod volume_build;
+mod volume_drawing;
 
 use clap::{Args, Subcommand};
 
@@ -41,7 +42,7 @@ enum Bench {
     Paint(paint::PaintArgs),
     /// The picture, first frame and refined, against path tracing.
     Picture(Box<picture::PictureArgs>),
-    /// The hair volume: visibility against exact rays, building and painting.
+    /// The hair volume: visibility against exact rays, building and painting; strands drawn in two ways.
     Volume(volume::VolumeArgs),
     /// White hair in uniform light, from the surface of a ball to its middle.
     Furnace(furnace::FurnaceArgs),

@@ -1,5 +1,5 @@
 //! `balayage bench volume`: visibility against exact rays per resolution and number of rays, beside spherical harmonics; what building
-//! the volume and painting in it costs.
+//! the volume and painting in it costs; strands drawn in two ways.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use super::plot::{Plot, Series};
 use super::report::{Cell, Report, Table};
-use super::volume_build;
+use super::{volume_build, volume_drawing};
 use crate::cli::groom_options::GroomOptions;
 use crate::cli::light_options::LightOptions;
 use crate::cli::{CliError, Console, open, render::load_light};
@@ -59,6 +59,8 @@ enum Part {
     Visibility,
     /// Time and work of building and painting.
     Build,
+    /// Time and coverage of the strand rasterizer beside hardware ribbons.
+    Drawing,
 }
 
 pub(super) fn run(args: &VolumeArgs, console: &mut Console<'_>) -> Result<(), CliError> {
@@ -69,11 +71,15 @@ pub(super) fn run(args: &VolumeArgs, console: &mut Console<'_>) -> Result<(), Cl
         tables: Vec::new(),
         plots: Vec::new(),
     };
-    if args.only != Some(Part::Build) {
+    let wants = |part| args.only.is_none_or(|only| only == part);
+    if wants(Part::Visibility) {
         visibility(args, &gpu, &mut report, console)?;
     }
-    if args.only != Some(Part::Visibility) {
+    if wants(Part::Build) {
         volume_build::measure(&gpu, &mut report, console)?;
+    }
+    if wants(Part::Drawing) {
+        volume_drawing::measure(&gpu, &mut report, console)?;
     }
     report.write(&args.output)?;
     Ok(console.result(report.json(), &report.text())?)

@@ -15,7 +15,7 @@ use crate::document::Document;
 /// Strands of generated hair.
 const STRANDS: [u32; 6] = [1_000, 2_000, 5_000, 10_000, 20_000, 50_000];
 /// Points of a strand.
-const POINTS: u32 = 16;
+pub(super) const POINTS: u32 = 16;
 /// Strands of the grooms that resolution and paint are varied on.
 const MIDDLE: u32 = 10_000;
 /// Voxel sizes in fibre spacings.
@@ -145,8 +145,8 @@ pub(super) fn measure(gpu: &Gpu, report: &mut Report, console: &mut Console<'_>)
     Ok(())
 }
 
-/// Generated hair of that many strands.
-fn hair(strand_count: u32, head: &Mesh) -> Result<Groom, CliError> {
+/// Generated straight hair of that many strands of [`POINTS`] points.
+pub(super) fn hair(strand_count: u32, head: &Mesh) -> Result<Groom, CliError> {
     let settings = GeneratorSettings {
         strand_count,
         points_per_strand: POINTS,

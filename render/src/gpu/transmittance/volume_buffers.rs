@@ -1,5 +1,7 @@
 //! The density volume and the groom's points on the GPU.
 
+use glam::UVec3;
+
 use crate::gpu::sh9::VolumeParts;
 use crate::gpu::voxel_paint::SegmentVoxels;
 use crate::gpu::work_list::WorkList;
@@ -20,7 +22,11 @@ pub(super) struct VolumeBuffers {
     pub(super) every_point: wgpu::Buffer,
     pub(super) visibility_work: WorkList,
     pub(super) path_work: WorkList,
+    /// Rays marched, then a mark for every point whose path sums changed.
+    pub(super) path_marks: wgpu::Buffer,
     pub(super) point_count: u32,
+    /// Places of the stored bricks, in bricks.
+    pub(super) stored_bricks: Vec<UVec3>,
     pub(super) stored_voxels: u32,
     pub(super) brick_count: u32,
     /// Mean diameter of the fibres, voxels.
@@ -61,6 +67,8 @@ impl VolumeBuffers {
             every_point: gpu.storage_of("every point", &vec![1_u32; points.len()])?,
             visibility_work: WorkList::new(gpu, "visibility to do", points.len() as u32)?,
             path_work: WorkList::new(gpu, "path sums to do", points.len() as u32)?,
+            path_marks: gpu.storage("changed path sums", 4 * (points.len() as u64 + 1))?,
+            stored_bricks: stored_bricks(volume),
             point_count: points.len() as u32,
             stored_voxels: grid.stored_voxels,
             brick_count: grid.brick_count() as u32,
@@ -81,4 +89,18 @@ impl VolumeBuffers {
             mean_diameter: self.mean_diameter,
         }
     }
+}
+
+/// Places of the bricks that are stored, in the order they are stored in.
+fn stored_bricks(volume: &DensityVolume) -> Vec<UVec3> {
+    let grid = &volume.grid;
+    let mut places = vec![UVec3::ZERO; (grid.stored_voxels / BRICK_VOXELS) as usize];
+    for (brick, slot) in (0_u32..).zip(&volume.bricks) {
+        // Empty and solid bricks have slots beyond all stored ones.
+        if let Some(place) = places.get_mut(*slot as usize) {
+            let row = brick / grid.bricks.x;
+            *place = UVec3::new(brick % grid.bricks.x, row % grid.bricks.y, row / grid.bricks.y);
+        }
+    }
+    places
 }
