@@ -249,6 +249,8 @@ impl EnvironmentMap {
         let row = |(y, row): (usize, &[Vec3])| {
             row.iter().map(|pixel| pixel.as_dvec3()).sum::<DVec3>() * self.pixel_solid_angle(y)
         };
-        self.pixels.chunks(self.width).enumerate().map(row).sum()
+        // Rows are added one after the other, so that the sum does not depend on the number of threads.
+        let rows: Vec<DVec3> = self.pixels.par_chunks(self.width).enumerate().map(row).collect();
+        rows.into_iter().sum()
     }
 }

@@ -73,6 +73,9 @@ impl Blurred {
     }
 }
 
+/// Patches whose sums are made between two calls of `go_on`.
+const PATCHES_AT_ONCE: usize = 16;
+
 /// Derivatives per lobe: along both tangents (radians) and by ln kappa.
 pub(super) const MOVES: usize = 3;
 
@@ -162,8 +165,9 @@ impl<'a> Values<'a> {
         sum
     }
 
-    /// Sums of derivatives with derivatives, with values and with the map.
-    pub fn slopes(&self) -> Slopes {
+    /// Sums of derivatives with derivatives, with values and with the map. `go_on` is asked before every few patches and ends the work with an
+    /// error.
+    pub fn slopes<E>(&self, go_on: impl Fn() -> Result<(), E>) -> Result<Slopes, E> {
         let part = |(index, seen): (usize, &Seen)| {
             let moves = self.moves(index, seen).map(|of_move| of_move.transpose());
             let target = self.target.values.rows(index * PATCH, PATCH);
@@ -174,7 +178,6 @@ impl<'a> Values<'a> {
                 moves.each_ref().map(|d| d * target),
             )
         };
-        let parts: Vec<_> = self.patches.par_iter().enumerate().map(part).collect();
 
         let count = self.count;
         let mut sum = Slopes {
@@ -182,17 +185,22 @@ impl<'a> Values<'a> {
             dz: DMatrix::zeros(MOVES * count, count),
             dy: DMatrix::zeros(MOVES * count, 3),
         };
-        for (Seen { lobes, .. }, (dd, dz, dy)) in self.patches.iter().zip(&parts) {
-            for ((p, q), dd) in PAIRS.iter().zip(dd) {
-                add(&mut sum.dd, dd, lobes, lobes, (p * count, q * count));
-            }
-            for p in 0..MOVES {
-                add(&mut sum.dz, &dz[p], lobes, lobes, (p * count, 0));
-                add(&mut sum.dy, &dy[p], lobes, &[0, 1, 2], (p * count, 0));
+        let numbered: Vec<(usize, &Seen)> = self.patches.iter().enumerate().collect();
+        for patches in numbered.chunks(PATCHES_AT_ONCE) {
+            go_on()?;
+            let parts: Vec<_> = patches.par_iter().copied().map(part).collect();
+            for ((_, Seen { lobes, .. }), (dd, dz, dy)) in patches.iter().zip(&parts) {
+                for ((p, q), dd) in PAIRS.iter().zip(dd) {
+                    add(&mut sum.dd, dd, lobes, lobes, (p * count, q * count));
+                }
+                for p in 0..MOVES {
+                    add(&mut sum.dz, &dz[p], lobes, lobes, (p * count, 0));
+                    add(&mut sum.dy, &dy[p], lobes, &[0, 1, 2], (p * count, 0));
+                }
             }
         }
         sum.dd.fill_lower_triangle_with_upper_triangle();
-        sum
+        Ok(sum)
     }
 
     /// The derivatives at the points of a patch, one matrix a move, a column a lobe.

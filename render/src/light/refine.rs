@@ -64,8 +64,12 @@ impl<'a> State<'a> {
     }
 
     /// Gauss-Newton matrix and gradient by centres and ln kappa, energies projected out.
-    fn normal_equations(&self) -> (DMatrix<f64>, DVector<f64>) {
-        let Slopes { dd, dz, dy } = self.values.slopes();
+    /// `go_on` is asked before every costly part.
+    fn normal_equations<E>(
+        &self,
+        go_on: impl Fn() -> Result<(), E>,
+    ) -> Result<(DMatrix<f64>, DVector<f64>), E> {
+        let Slopes { dd, dz, dy } = self.values.slopes(&go_on)?;
         let (moves, count) = dz.shape();
         let of_channel = |(c, solution): (usize, &Solution)| {
             let amplitudes = DVector::from_fn(moves, |p, _| solution.x[p % count]);
@@ -88,11 +92,13 @@ impl<'a> State<'a> {
             }
             (matrix, gradient)
         };
+        go_on()?;
         let channels: Vec<_> = self.solutions.par_iter().enumerate().map(of_channel).collect();
+        go_on()?;
         let zero = (DMatrix::zeros(moves, moves), DVector::zeros(moves));
-        channels
+        Ok(channels
             .into_iter()
-            .fold(zero, |sum, channel| (sum.0 + channel.0, sum.1 + channel.1))
+            .fold(zero, |sum, channel| (sum.0 + channel.0, sum.1 + channel.1)))
     }
 }
 
@@ -160,7 +166,7 @@ pub(super) fn refine<E>(
     let mut refinement = Refinement {
         target,
         range,
-        on_step: || on_step(f64::from(done.replace(done.get() + 1)) / total),
+        on_step: |steps| on_step(f64::from(done.replace(done.get() + steps)) / total),
         work: Work::default(),
     };
     let mut state = refinement.evaluated(lobes);
@@ -178,12 +184,12 @@ pub(super) fn refine<E>(
 struct Refinement<'a, F> {
     target: &'a Target,
     range: (f64, f64),
-    /// Asked before every costly part.
+    /// Asked before every costly part, with the steps that it is (0 within one).
     on_step: F,
     work: Work,
 }
 
-impl<'a, E, F: Fn() -> Result<(), E>> Refinement<'a, F> {
+impl<'a, E, F: Fn(u32) -> Result<(), E>> Refinement<'a, F> {
     fn evaluated(&mut self, lobes: Vec<Lobe>) -> State<'a> {
         self.work.evaluations += 1;
         State::new(self.target, lobes)
@@ -192,10 +198,10 @@ impl<'a, E, F: Fn() -> Result<(), E>> Refinement<'a, F> {
     fn round(&mut self, state: State<'a>, effort: Effort) -> Result<State<'a>, E> {
         let mut state = self.descend(state, effort.before)?;
         for _ in 0..effort.swaps {
-            (self.on_step)()?;
+            (self.on_step)(1)?;
             self.work.births += 1;
             let lobes = swapped(self.target, &state);
-            (self.on_step)()?;
+            (self.on_step)(1)?;
             let swapped = self.evaluated(lobes);
             let swapped = self.descend(swapped, effort.per_swap)?;
             if swapped.cost < state.cost {
@@ -212,10 +218,13 @@ impl<'a, E, F: Fn() -> Result<(), E>> Refinement<'a, F> {
         let mut equations = None;
         for _ in 0..steps {
             if equations.is_none() {
-                (self.on_step)()?;
+                (self.on_step)(1)?;
                 self.work.derivatives += 1;
+                equations = Some(state.normal_equations(|| (self.on_step)(0))?);
             }
-            let (matrix, gradient) = equations.get_or_insert_with(|| state.normal_equations());
+            let Some((matrix, gradient)) = &equations else {
+                break;
+            };
             let mut matrix = matrix.clone();
             let least = 1e-12 * matrix.diagonal().amax();
             for p in 0..gradient.len() {
@@ -226,7 +235,7 @@ impl<'a, E, F: Fn() -> Result<(), E>> Refinement<'a, F> {
                 continue;
             };
             let step = -factor.solve(gradient);
-            (self.on_step)()?;
+            (self.on_step)(1)?;
             let next = self.evaluated(moved(&state.lobes, &step, finest, self.range));
             if next.cost < state.cost {
                 state = next;
