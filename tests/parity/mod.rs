@@ -50,6 +50,10 @@ pub struct Parity {
 /// Functions whose arguments are a whole scene or whose value is one integral's share: (function, test that holds it and to what).
 const HELD_ELSEWHERE: &[(&str, &str)] = &[
     ("sample_at", "volume_work::harmonics_see_what_marches_see"),
+    (
+        "meets_box",
+        "dirty_paths::a_dab_marches_the_ways_that_cross_it_and_ends_as_if_all_were_marched",
+    ),
     // R, TT and TRT under random lights within 0.8 to 2 % root mean square per quality level, elliptic TRT 6 %; poison values.
     (
         "single_scattering",
