@@ -56,3 +56,26 @@ fn forward_scattering(v: ForwardView, theta: f32, cos_x: f32, light_variance: f3
     let sum = lobes.x * window_at(v.series[0], cos_x) + lobes.y * window_at(v.series[1], cos_x) + lobes.z * window_at(v.series[2], cos_x);
     return sum / max(cos(theta), GLOBAL_MIN_COS);
 }
+
+// What each lobe catches along theta of light that arrived from inclination theta and was scattered on by fibres of this direction: the sum
+// over lobes and their windows is radiance per L dw. Scattering at fibres keeps detailed balance with cos^2 theta, the measure of uniform
+// light; widening that keeps it too is diffusion on the three-sphere, whose heat kernel is a normal and its images at the poles:
+// I(theta_i) = L dw exp(v/2) (N(theta_i - theta) - N(theta_i - image)) / cos(theta_i). No light is lost or won at any inclination.
+fn diffused_lobes(v: ForwardView, theta: f32, light_variance: f32) -> vec3f {
+    let centre = theta + (v.mean - theta) * light_variance / (v.variance + light_variance);
+    let image = select(vec3f(-PI), vec3f(PI), centre > vec3f(0.0)) - theta;
+    let lobes = lobes_at(v, vec3f(theta), light_variance) - lobes_at(v, image, light_variance);
+    return exp(0.5 * light_variance) * max(lobes, vec3f(0.0));
+}
+
+// The lobes over cos^2 theta_d against cos(theta_i) times a normal around `at`: cosines are means over the product of the two normals.
+fn lobes_at(v: ForwardView, at: vec3f, light_variance: f32) -> vec3f {
+    let variance = v.variance + light_variance;
+    let distance = v.mean - at;
+    let normal = exp(-0.5 * distance * distance / variance) * inverseSqrt(TWO_PI * variance);
+    let product = v.variance * light_variance / variance;
+    let theta_i = at + distance * light_variance / variance;
+    let cos_i = cos(theta_i) * exp(-0.5 * product);
+    let cos2_d = 0.5 * (1.0 + cos(v.theta_o - theta_i) * exp(-0.5 * product));
+    return normal * cos_i / max(cos2_d, vec3f(0.05));
+}

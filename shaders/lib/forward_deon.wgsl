@@ -69,18 +69,42 @@ fn forward_scattering(v: ForwardView, theta: f32, cos_x: f32, light_variance: f3
     let step = sqrt(v.variance * light_variance / total);
     var sum = vec3f(0.0);
     for (var t = 0u; t < 3u; t++) {
-        let cone = 0.5 * (cone_rest(v, t, centre[t] - step[t]) + cone_rest(v, t, centre[t] + step[t]));
+        let low = centre[t] - step[t];
+        let high = centre[t] + step[t];
+        let cone = 0.5 * (cone_rest(v, t, low) * cos(low) + cone_rest(v, t, high) * cos(high));
         sum += normal[t] * cone * window_at(v.series[t], cos_x);
     }
     return sum / max(cos(theta), GLOBAL_MIN_COS);
 }
 
-// M_p cos(theta_i) over exp(-(theta_i + theta_r)^2 / (2 v)); nothing beyond the poles.
+// The same as lib/forward.wgsl's for cones.
+fn diffused_lobes(v: ForwardView, theta: f32, light_variance: f32) -> vec3f {
+    let centre = theta - (v.theta_r + theta) * light_variance / (v.variance + light_variance);
+    let image = select(vec3f(-PI), vec3f(PI), centre > vec3f(0.0)) - theta;
+    let lobes = lobes_at(v, vec3f(theta), light_variance) - lobes_at(v, image, light_variance);
+    return exp(0.5 * light_variance) * max(lobes, vec3f(0.0));
+}
+
+// The cones against a normal around `at`.
+fn lobes_at(v: ForwardView, at: vec3f, light_variance: f32) -> vec3f {
+    let total = v.variance + light_variance;
+    let distance = -v.theta_r - at;
+    let normal = exp(-0.5 * distance * distance / total) * sqrt(v.variance / total);
+    let centre = at + distance * light_variance / total;
+    let step = sqrt(v.variance * light_variance / total);
+    var lobes = vec3f(0.0);
+    for (var t = 0u; t < 3u; t++) {
+        lobes[t] = normal[t] * 0.5 * (cone_rest(v, t, centre[t] - step[t]) + cone_rest(v, t, centre[t] + step[t]));
+    }
+    return lobes;
+}
+
+// M_p over exp(-(theta_i + theta_r)^2 / (2 v)); nothing beyond the poles.
 fn cone_rest(v: ForwardView, t: u32, theta_i: f32) -> f32 {
     let variance = v.variance[t];
     let cosine = max(cos(theta_i), 0.0);
     let from_axis = theta_i + v.theta_r[t];
     let chord = 2.0 * sin(0.5 * from_axis);
     let ratio = exp(min(0.5 * (from_axis * from_axis - chord * chord) / variance, 10.0));
-    return select(0.0, ratio * cosine * cone_scale(variance, cosine, cos(v.theta_r[t])), abs(theta_i) < HALF_PI);
+    return select(0.0, ratio * cone_scale(variance, cosine, cos(v.theta_r[t])), abs(theta_i) < HALF_PI);
 }

@@ -10,9 +10,9 @@
 // M2 = S + 1.1 D + 0.2 L + 0.25 U: weights held against path tracing of a groom of 3,000 strands.
 const M2_WEIGHTS: vec3f = vec3f(1.1, 0.2, 0.25);
 
-// M3 = S + (1 + 0.25 (1 - rho^4)) D + U, held against path tracing from white to black hair under sun and sky and uniform light. Light that
-// turned round leaves by shorter ways than the light's line, which spares it losses where there are any; rho = 1 knows none.
-const M3_SPARED: f32 = 0.25;
+// M3 = S + D + U: no weights. Light that turned round has been scattered about so often that it spreads over theta_i by this variance more
+// than light that goes on; beyond it the inclinations are as good as mixed.
+const M3_TURNED_MOST: f32 = 1.0;
 
 // d_f and d_b of Zinke 2008.
 const ZINKE_DENSITY: f32 = 0.7;
@@ -44,6 +44,7 @@ struct MultipleView {
     a_f: vec3f,              // at theta_o
     a_b: vec3f,
     rho: vec3f,              // reflectance of a half space of such fibres
+    turned_variance: f32,    // by which turning round widens light in theta_i
     share: f32,              // least k / (1 - a_f): light that was turned round dies away that much slower than light scattered forward
 }
 
@@ -61,7 +62,7 @@ fn unpack_path(words: vec4u) -> PathRecord {
 }
 
 fn prepare_multiple(f: Fibre, theta_o: f32, phi_o: f32) -> MultipleView {
-    var v = MultipleView(f, theta_o, phi_o, prepare_forward(f, theta_o), vec3f(0.0), vec3f(0.0), vec3f(0.0), vec3f(0.0), 1.0);
+    var v = MultipleView(f, theta_o, phi_o, prepare_forward(f, theta_o), vec3f(0.0), vec3f(0.0), vec3f(0.0), vec3f(0.0), 0.0, 1.0);
     for (var c = 0u; c < 3u; c++) {
         let at_view = fibre_averages(f.sigma_a[c], theta_o);
         v.sigma_place[c] = averages_sigma_place(f.sigma_a[c]);
@@ -69,21 +70,40 @@ fn prepare_multiple(f: Fibre, theta_o: f32, phi_o: f32) -> MultipleView {
         v.a_b[c] = at_view.a_b;
         v.share = min(v.share, at_view.k / max(1.0 - at_view.a_f, K_MIN));
         v.rho[c] = half_space_reflectance(f.sigma_a[c]);
+        v.turned_variance += min(turned_variance(at_view), M3_TURNED_MOST) / 3.0;
     }
     return v;
 }
 
-// The terms of M2 without their weights, for light from (theta, phi).
-fn m2_terms(v: MultipleView, theta: f32, phi: f32, path: PathRecord) -> MultipleTerms {
+// What light that a half space sends back spreads over theta_i. It is scattered d ln(rho) / d ln(a) times on average, a being the power that
+// each fibre passes on: once backward, otherwise forward.
+fn turned_variance(m: FibreAverages) -> f32 {
+    let growth = (m.a_f * (1.0 - m.a_f) + m.a_b * m.a_b) / m.k;
+    let forward = (m.a_f + growth) / (1.0 - m.a_f + m.k);
+    return 4.0 * (m.beta_b * m.beta_b + forward * m.beta_f * m.beta_f);
+}
+
+// What both M2 and M3 need of a light's direction and path.
+struct Arriving {
+    direct: f32,             // crosses no fibre
+    t_f: vec3f,              // does not turn round
+    scattered: vec3f,        // does not turn round, crosses fibres
+    phi_d: f32,
+    variance: f32,           // of what was scattered, theta_i
+}
+
+fn arriving(v: MultipleView, phi: f32, path: PathRecord) -> Arriving {
     let direct = exp(-path.n);
     let t_f = exp(-path.s_f);
-    let scattered = max(t_f - direct, vec3f(0.0));
-    let phi_d = abs(wrapped(v.phi_o - phi));
     // beta_f is a standard deviation in theta_h, a deviation in theta_i is twice as wide.
-    let variance = 4.0 * max(path.spread, 1e-5);
+    return Arriving(direct, t_f, max(t_f - direct, vec3f(0.0)), abs(wrapped(v.phi_o - phi)), 4.0 * max(path.spread, 1e-5));
+}
 
+// The terms of M2 without their weights, for light from (theta, phi).
+fn m2_terms(v: MultipleView, theta: f32, phi: f32, path: PathRecord) -> MultipleTerms {
+    let light = arriving(v, phi, path);
     var terms: MultipleTerms;
-    terms.d = scattered * forward_scattering(v.forward, theta, cos(phi_d), variance);
+    terms.d = light.scattered * forward_scattering(v.forward, theta, cos(light.phi_d), light.variance);
 
     // b = exp(-kappa); with 1 - b from its series where the subtraction would cancel.
     let b = exp(-path.kappa);
@@ -91,29 +111,29 @@ fn m2_terms(v: MultipleView, theta: f32, phi: f32, path: PathRecord) -> Multiple
     // What a layer of finite depth sends back over what a half space does: A_b is a half space's, a lone fibre has no neighbours.
     let depth_share = one_minus_b / max(1.0 - v.rho * v.rho * b, vec3f(1e-6));
 
-    let lit = select(0.0, 1.0 / PI, phi_d < HALF_PI);
-    let around = (PI - phi_d) / (PI * PI);
+    let lit = select(0.0, 1.0 / PI, light.phi_d < HALF_PI);
+    let around = (PI - light.phi_d) / (PI * PI);
     let back = backward(v, theta, false);
-    terms.l = depth_share * (direct * lit * local_scattering(v, back, theta, 0.0)
-        + scattered * around * local_scattering(v, back, theta, variance));
-    terms.u = v.rho * depth_share * t_f * mix(v.a_f, v.a_b, phi_d / PI) / PI;
+    terms.l = depth_share * (light.direct * lit * local_scattering(v, back, theta, 0.0)
+        + light.scattered * around * local_scattering(v, back, theta, light.variance));
+    terms.u = v.rho * depth_share * light.t_f * mix(v.a_f, v.a_b, light.phi_d / PI) / PI;
     return terms;
 }
 
-// The terms of M3, weights included, for light from (theta, phi). D as in M2. U: what two streams along the light's line carry to the
-// point, there and back, beyond the light that has not turned round yet; it comes from everywhere.
+// The terms of M3. D: what did not turn round, within the half circle around the light's azimuth. U: what two streams along the light's line
+// carry to the point, there and back, beyond it; at any azimuth.
 fn m3_terms(v: MultipleView, theta: f32, phi: f32, path: PathRecord) -> MultipleTerms {
-    let direct = exp(-path.n);
-    let t_f = exp(-path.s_f);
-    let scattered = max(t_f - direct, vec3f(0.0));
-    let phi_d = abs(wrapped(v.phi_o - phi));
-    // beta_f is a standard deviation in theta_h, a deviation in theta_i is twice as wide.
-    let variance = 4.0 * max(path.spread, 1e-5);
+    let light = arriving(v, phi, path);
+    let cos_x = cos(light.phi_d);
+    let series = v.forward.series;
+    let onward = diffused_lobes(v.forward, theta, min(light.variance, M3_TURNED_MOST));
+    let turned = diffused_lobes(v.forward, theta, min(light.variance + v.turned_variance, M3_TURNED_MOST));
 
     var terms: MultipleTerms;
-    let rho2 = v.rho * v.rho;
-    terms.d = (1.0 + M3_SPARED * (1.0 - rho2 * rho2)) * scattered * forward_scattering(v.forward, theta, cos(phi_d), variance);
-    terms.u = max(two_streams(v, theta, path) - t_f, vec3f(0.0)) * (v.a_f + v.a_b) / (4.0 * PI);
+    terms.d = light.scattered
+        * (onward.x * window_at(series[0], cos_x) + onward.y * window_at(series[1], cos_x) + onward.z * window_at(series[2], cos_x));
+    terms.u = max(two_streams(v, theta, path) - light.t_f, vec3f(0.0))
+        * (turned.x * series[0].mean + turned.y * series[1].mean + turned.z * series[2].mean);
     return terms;
 }
 
