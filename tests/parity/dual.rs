@@ -28,7 +28,7 @@ fn params() -> VertexParams {
 }
 
 /// The same fibre for the reference.
-fn fibre(sigma_a: [f64; 3]) -> Fibre {
+pub fn fibre(sigma_a: [f64; 3]) -> Fibre {
     let (alpha, beta) = (f64::from(-0.07_f32), f64::from(0.1_f32));
     Fibre {
         eta: f64::from(1.55_f32),
@@ -41,7 +41,7 @@ fn fibre(sigma_a: [f64; 3]) -> Fibre {
 }
 
 /// Averages whose shares add up to at most one, as the table holds them.
-fn averages(sigma_a: f64, theta: f64) -> Averages {
+pub fn averages(sigma_a: f64, theta: f64) -> Averages {
     let mut averages = scattering_averages(&fibre([sigma_a; 3]), theta, 1e-4).unwrap();
     let excess = (averages.a_f[0] + averages.a_b[0]).max(1.0);
     averages.a_f = averages.a_f.map(|a| a / excess);
@@ -231,7 +231,7 @@ pub const PARITIES: &[Parity] = &[
         },
     },
     Parity {
-        covers: &["m2_terms", "prepare_multiple", "local_scattering", "backward"],
+        covers: &["m2_terms", "prepare_multiple", "arriving", "local_scattering", "backward"],
         file: "lib/multiple.wgsl",
         call: M2,
         domain: "sigma_a 0.1 to 3, |theta| <= 0.8, any azimuth, n 0.2 to 3, t_f from exp(-n) to 1, kappa 0 to 4: L and U of an averages table that is exact at its nodes",
@@ -253,33 +253,6 @@ pub const PARITIES: &[Parity] = &[
             ]
         },
         reference: m2,
-    },
-    Parity {
-        covers: &["m3_terms", "two_streams"],
-        file: "lib/multiple.wgsl",
-        call: M3,
-        domain: "sigma_a 0.02 to 3, |theta| <= 0.8, any azimuth, n 0.2 to 3, t_f from exp(-n) to 1, kappa 0 to 4: U against the streams' equations integrated step by step, D against M2's",
-        tolerance: 0.02,
-        reason: "entries of the table are linear between nodes",
-        calls: 60,
-        draw: |r| {
-            let n = between(r, 0.2, 3.0);
-            let direct = (-n).exp();
-            vec![
-                log_between(r, 0.02, 3.0),
-                between(r, -0.8, 0.8),
-                between(r, -0.8, 0.8),
-                between(r, -PI, PI),
-                n,
-                direct + (1.0 - direct) * between(r, 0.0, 1.0),
-                between(r, 0.01, 0.1),
-                between(r, 0.0, 4.0),
-            ]
-        },
-        reference: |x| {
-            let rho: f64 = dual::mean_reflectance(&fibre([x[0]; 3]), 1e-3).unwrap()[0];
-            vec![m3_turned(x), 1.0 + 0.25 * (1.0 - rho.powi(4))]
-        },
     },
     Parity {
         covers: &["zinke2008_terms", "all_lobes"],
@@ -327,13 +300,6 @@ const M2: &str = "
     let terms = m2_terms(prepare_multiple(f, x[1], x[3]), x[2], 0.0, PathRecord(vec3f(-log(x[5])), x[6], vec3f(x[7]), x[4]));
     y = vec4f(terms.l.x, terms.u.x, 0.0, 0.0);";
 
-const M3: &str = "
-    let f = Fibre(vec3f(x[0]), 1.55, vec3f(-0.07, 0.035, 0.105), 1.0, vec3f(0.1, 0.05, 0.2), 0.25);
-    let path = PathRecord(vec3f(-log(x[5])), x[6], vec3f(x[7]), x[4]);
-    let view = prepare_multiple(f, x[1], x[3]);
-    let terms = m3_terms(view, x[2], 0.0, path);
-    y = vec4f(terms.u.x, terms.d.x / max(m2_terms(view, x[2], 0.0, path).d.x, 1e-20), 0.0, 0.0);";
-
 const ZINKE: &str = "
     let f = Fibre(vec3f(x[0]), 1.55, vec3f(-0.07, 0.035, 0.105), 1.0, vec3f(0.1, 0.05, 0.2), 0.25);
     let terms = zinke2008_terms(prepare_multiple(f, x[1], x[3]), x[2], 0.0, x[7], PathRecord(vec3f(-log(x[5])), x[6], vec3f(0.0), x[4]));
@@ -363,39 +329,6 @@ fn m2(x: &[f64; super::ARGUMENTS]) -> Vec<f64> {
     let at_view = averages(sigma_a, theta_o);
     let share = at_view.a_f[0] + (at_view.a_b[0] - at_view.a_f[0]) * phi_d / PI;
     vec![local, rho * depth * t_f * share / PI]
-}
-
-/// U of M3: the streams' equations (`two_streams` in the shader) integrated by Runge and Kutta from both boundary conditions.
-fn m3_turned(x: &[f64; super::ARGUMENTS]) -> f64 {
-    let [sigma_a, theta_o, theta, _, _, t_f, _, kappa] = std::array::from_fn(|i| x[i]);
-    let rho = dual::mean_reflectance(&fibre([sigma_a; 3]), 1e-3).unwrap()[0];
-    let here = averages(sigma_a, theta);
-    let (loss, back) = (1.0 - here.a_f[0], here.a_b[0]);
-    let k = ((loss - back) * (loss + back)).max(9e-8).sqrt();
-    // The fibre whose streams decay by k and whose half space reflects rho.
-    let a = k * (1.0 + rho * rho) / (1.0 - rho * rho);
-    let b = 2.0 * k * rho / (1.0 - rho * rho);
-    let (front, behind) = (-t_f.ln() / loss, 0.5 * kappa / k);
-    let advanced = |[f, r]: [f64; 2], fibres: f64| {
-        const STEPS: u32 = 2000;
-        let h = fibres / f64::from(STEPS);
-        let slope = |[f, r]: [f64; 2]| [-a * f + b * r, a * r - b * f];
-        (0..STEPS).fold([f, r], |y, _| {
-            let at = |d: [f64; 2], s: f64| [y[0] + s * d[0], y[1] + s * d[1]];
-            let k1 = slope(y);
-            let k2 = slope(at(k1, 0.5 * h));
-            let k3 = slope(at(k2, 0.5 * h));
-            let k4 = slope(at(k3, h));
-            std::array::from_fn(|i| y[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]))
-        })
-    };
-    // Two solutions, mixed so that nothing enters from behind.
-    let (one, other) = (advanced([1.0, 0.0], front), advanced([1.0, 1.0], front));
-    let (end_one, end_other) = (advanced(one, behind), advanced(other, behind));
-    let share = -end_one[1] / (end_other[1] - end_one[1]);
-    let carried = (one[0] + one[1]) * (1.0 - share) + (other[0] + other[1]) * share;
-    let at_view = averages(sigma_a, theta_o);
-    (carried - t_f).max(0.0) * (at_view.a_f[0] + at_view.a_b[0]) / (4.0 * PI)
 }
 
 #[test]

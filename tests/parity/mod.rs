@@ -3,6 +3,7 @@
 //! A [`Parity`] names the functions it covers, the domain, the tolerance and why it is no smaller. Functions that only make sense inside a
 //! pass are listed in [`HELD_ELSEWHERE`] with the test that holds them. A function that is in neither fails the suite.
 
+mod diffusion;
 mod dual;
 mod geometry;
 mod maths;
@@ -321,6 +322,7 @@ fn every_library_function_is_held_once() {
         geometry::PARITIES,
         picture::PARITIES,
         dual::PARITIES,
+        diffusion::PARITIES,
         schemes::PARITIES,
         models::PARITIES,
     ]

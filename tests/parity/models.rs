@@ -268,7 +268,7 @@ pub const PARITIES: &[Parity] = &[
         },
     },
     Parity {
-        covers: &["forward_scattering", "series_of", "cone_rest"],
+        covers: &["forward_scattering", "series_of"],
         file: "lib/forward_deon.wgsl",
         call: FORWARD,
         domain: "sigma_a 0.05 to 3, |theta| <= 0.9, any azimuth, sigma_f 0.2 to 1",

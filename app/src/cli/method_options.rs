@@ -29,7 +29,7 @@ impl From<ModelName> for Model {
 /// `--multiple` of a picture.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum MultipleName {
-    /// S + (1 + 0.25 (1 - rho^4)) D + U: two streams carry what turned round.
+    /// S + D + U: two streams carry what turned round, scattered light diffuses over the inclinations.
     M3,
     /// S + 1.1 D + 0.2 L + 0.25 U.
     M2,
