@@ -108,7 +108,9 @@ fn fewer_wider_strands_keep_the_hairs_light() {
             ..settings
         });
         let ratio = sum(&part) / sum(&whole);
-        assert!((ratio - 1.0).abs() < 0.08, "a share of {share}: {ratio}");
+        // The fewer strands are a sample, the wider its mean scatters.
+        let bound = 0.05 / f64::from(share).sqrt();
+        assert!((ratio - 1.0).abs() < bound, "a share of {share}: {ratio}");
         let segments = |report: &FrameReport| report.counter("strand segments drawn");
         assert!(
             10 * segments(&report) < 6 * segments(&drawn),
