@@ -10,7 +10,7 @@ use crate::gpu::{Method, VisibilitySource};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Multiple {
-    /// S + (1 + 0.25 (1 - rho^4)) D + U, where U is what two streams say has turned round.
+    /// S + D + U, where U is what two streams say has turned round; scattered light diffuses over the inclinations.
     #[default]
     M3,
     /// S + 1.1 D + 0.2 L + 0.25 U.
