@@ -39,6 +39,15 @@ fn wavy_and_thick(turns: f32, diameter: f32) -> Groom {
         .0
 }
 
+/// The same strands, the first `by` moved to the end.
+fn reordered(groom: &Groom, by: usize) -> Groom {
+    let mut strands: Vec<_> = (0..groom.strand_count())
+        .map(|i| groom.positions()[groom.strand(i)].to_vec())
+        .collect();
+    strands.rotate_left(by);
+    Groom::from_strands(strands, 0.05, 1.0).unwrap().0
+}
+
 fn lights(count: usize) -> LightSet {
     let lights = (0..count).map(|k| {
         let turn = 2.4 * k as f32;

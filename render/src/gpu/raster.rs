@@ -54,7 +54,7 @@ pub struct PictureBuffers {
     pub picks: wgpu::Buffer,
     counts: wgpu::Buffer,
     offsets: wgpu::Buffer,
-    /// Depth bits of the nearest strand that covers the whole pixel.
+    /// Inverted depth bits of the nearest strand that covers the whole pixel: the largest wins, 0 where none does.
     solid: wgpu::Buffer,
     /// What each sub-sample has left behind all strands, four 16-bit shares a pixel.
     left: wgpu::Buffer,
@@ -126,7 +126,7 @@ impl Raster {
         self.binned = None;
     }
 
-    /// Adds one camera sample to the picture and returns the number of fragments that were made.
+    /// Adds one camera sample to the picture and returns for how many fragments room was made: what `Saving::Covered` hides is fewer.
     ///
     /// Before fragments become colours, the vertices that they show are marked as wanted and `shade` brings those up to date.
     /// Where the fragments of the whole picture exceed what the adapter binds, the picture is drawn in bands of rows. What is
