@@ -137,7 +137,10 @@ impl Effort {
     }
 }
 
-/// Another round follows one that left less than this share of the squared residual.
+/// Mean squared relative residual of the given lights from which on a map counts as another one, not as the next of a sequence.
+const BEYOND_RECOGNITION: f64 = 0.1;
+
+/// Another round follows one that left less than this share of the squared residual of such a map.
 const WORTH_ANOTHER: f64 = 0.3;
 
 /// How often the costly parts of a fit were done; equal on every machine, unlike time.
@@ -170,10 +173,11 @@ pub(super) fn refine<E>(
         work: Work::default(),
     };
     let mut state = refinement.evaluated(lobes);
+    let given = state.cost;
     for _ in 0..effort.rounds {
         let before = state.cost;
         state = refinement.round(state, effort)?;
-        if state.cost > WORTH_ANOTHER * before {
+        if given < BEYOND_RECOGNITION || state.cost > WORTH_ANOTHER * before {
             break;
         }
     }
