@@ -36,8 +36,8 @@ const WARM_STEPS: [usize; 2] = [0, 0];
 
 /// Refinement from a seed and from given lights; a changed map may have new suns, so that both can place lights anew.
 const COLD_REFINEMENT: Effort = Effort {
-    before: 16,
-    swaps: 10,
+    before: 8,
+    swaps: 16,
     per_swap: 3,
     after: 14,
     rounds: 1,
