@@ -195,6 +195,42 @@ fn dense_thin_hair_composes_to_the_product_of_what_it_lets_through() {
     }
 }
 
+#[test]
+fn thousands_of_strands_in_a_pixel_hide_each_other_by_depth() {
+    let gpu = Gpu::headless().unwrap();
+    let count = 5000;
+    let width_px = 6e-4;
+    let colour_at = |place: usize| {
+        if 2 * place < count {
+            [1.0, 0.0, 0.0]
+        } else {
+            [0.0, 1.0, 0.0]
+        }
+    };
+    let strands: Vec<_> = (0..count)
+        .map(|k| {
+            let place = k * 1237 % count;
+            let depth = 1.0 + 2e-4 * place as f32;
+            let points = straight(0.7, 12.0, 1).iter().map(|p| *p * depth).collect();
+            (points, width_px, colour_at(place))
+        })
+        .collect();
+    let one = draw(&gpu, &[(straight(0.7, 12.0, 1), 0.03, [1.0; 3])]);
+    let all = draw(&gpu, &strands);
+    let (mut seen, mut worst) = (0, 0f32);
+    for (a, b) in one.iter().zip(&all) {
+        let thickness = 0.5 * count as f32 * a[3] * (width_px / 0.03);
+        let (front, behind) = (1.0 - (-thickness).exp(), 1.0 - (-2.0 * thickness).exp());
+        seen += usize::from(behind > 0.8);
+        worst = worst
+            .max((b[0] - front).abs())
+            .max((b[1] - (behind - front)).abs())
+            .max((b[3] - behind).abs());
+    }
+    assert!(seen >= 8, "dense in {seen} pixels");
+    assert!(worst < 0.02, "wrong by {worst}");
+}
+
 /// The same strands over a map of `checks` x `checks` black and white fields, whose picture without strands comes first.
 fn over_checkerboard(gpu: &Gpu, points: &[Vec3], width_px: f32) -> [Vec<[f32; 4]>; 2] {
     const MAP: [u32; 2] = [512, 256];

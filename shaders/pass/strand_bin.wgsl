@@ -17,8 +17,9 @@ override STORE: bool = false;
 // Nearness (inverted depth bits) of the nearest strand that covers a whole pixel of the band; 0 where none does.
 @group(0) @binding(6) var<storage, read_write> solid: array<atomic<u32>>;
 
-// Below this share of a pixel's area a fragment is not worth a list entry.
+// Below this share of a pixel's area, or of what the segment covers at most, a fragment is not worth a list entry.
 const MIN_COVERAGE: f32 = 1e-5;
+const MIN_SHARE: f32 = 1e-3;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
@@ -49,6 +50,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let across = vec2f(-axis.y, axis.x);
     let reach_across = pixel_reach(across) + 0.5 * max(width_a, width_b);
     let reach_along = pixel_reach(axis);
+
+    let least_coverage = min(MIN_COVERAGE, MIN_SHARE * 0.5 * (width_a + width_b) * min(extent, 1.0));
 
     // Pixels are visited in columns of the major axis; x and y change roles through `steep`.
     let steep = abs(axis.y) > abs(axis.x);
@@ -91,7 +94,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             let half_width = 0.5 * mix(width_a, width_b, along);
             // Area of the strip in this pixel, times the share of the pixel's length that lies between the ends.
             let coverage = share * (pixel_cdf(half_width - s, across) - pixel_cdf(-half_width - s, across));
-            if !(coverage > MIN_COVERAGE) { continue; }
+            if !(coverage > least_coverage) { continue; }
             let slot = atomicAdd(&counts[p], 1u);
             if STORE {
                 let base = (offsets[p] + slot) * FRAGMENT_WORDS;

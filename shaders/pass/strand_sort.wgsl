@@ -1,6 +1,7 @@
 // Sorts the strand fragments of each pixel, nearest first, over the head's four sub-samples: what share of the pixel each one gives, what is
 // left for what is solid behind them, which strand is seen, and which vertices have to be shaded.
-// Fragments are taken in runs of the RUN nearest not yet seen, so that dense hair stops after a few runs.
+// Fragments are taken in runs of the RUN nearest not yet seen, so that dense hair stops after a few runs. Where thousands of strands, each
+// far finer than the pixel, leave it transparent after the runs that it may have, the others are taken by slices of depth.
 
 //!use lib/camera.wgsl
 //!use lib/composed.wgsl
@@ -29,6 +30,8 @@ struct SortUniform {
 @group(0) @binding(14) var head_colour: texture_2d<f32>;                // a = 1 where the head is
 
 const RUN: u32 = 16u;           // fragments sorted at a time
+const RUNS_WORK: u32 = 4000u;   // fragments looked at in all runs of a pixel; in software the loops of eight pixels end after 65,535 rounds
+const SLICES: u32 = 32u;
 const OPAQUE: f32 = 4e-3;       // transmittance below which nothing behind can be told
 const PICK_ALPHA: f32 = 0.3;
 const FAR: f32 = 3.0e38;
@@ -60,7 +63,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     var last_key = vec2u(0u);            // depth bits, segment + 1 of the last fragment taken
     var taken = 0u;
     var shown = 0u;
-    while taken < count {
+    for (var run = 0u; taken < count && run * count < RUNS_WORK; run++) {
         // The RUN nearest fragments behind the last one taken, sorted; equal depths by segment, so that the result has one order.
         var keys: array<vec2u, RUN>;
         var places: array<u32, RUN>;
@@ -96,12 +99,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             let coverage = in_front * min(vec4f(fragment.coverage), 1.0 - strand_coverage);
             let share = 0.25 * dot(transmittance, coverage);
             if share > 0.0 {
-                want(segment.vertex);
-                want(segment.vertex + 1u);
-                let entry = (base + shown) * COMPOSED_WORDS;
-                composed[entry] = segment.vertex;
-                composed[entry + 1u] = bitcast<u32>(share);
-                composed[entry + 2u] = bitcast<u32>(fragment.along);
+                show(base + shown, fragment, segment.vertex, share);
                 shown++;
                 // The strand that is seen is the one at which the pixel has become PICK_ALPHA opaque, else the last one.
                 if dot(transmittance * (1.0 - strand_coverage), vec4f(0.25)) > 1.0 - PICK_ALPHA {
@@ -114,12 +112,69 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         taken += found;
         if found == 0u { break; }
         last_key = keys[found - 1u];
-        if all(transmittance * (1.0 - strand_coverage) < vec4f(OPAQUE)) { break; }
+        if all(transmittance * (1.0 - strand_coverage) < vec4f(OPAQUE)) { taken = count; }
     }
     transmittance *= 1.0 - strand_coverage;
+    if taken < count {
+        var farthest = last_key.x;
+        for (var f = 0u; f < count; f++) { farthest = max(farthest, fragments[(base + f) * FRAGMENT_WORDS]); }
+        let nearest = bitcast<f32>(last_key.x);
+        let per_depth = f32(SLICES) / max(bitcast<f32>(farthest) - nearest, 1e-6 * nearest);
+        // Within a slice every fragment is as likely as another to be the nearer one.
+        var thickness = array<vec4f, SLICES>();
+        for (var f = 0u; f < count; f++) {
+            let word = (base + f) * FRAGMENT_WORDS;
+            let key = vec2u(fragments[word], fragments[word + 2u] + 1u);
+            if !before(last_key, key) { continue; }
+            let fragment = unpack_fragment(vec3u(fragments[word], fragments[word + 1u], fragments[word + 2u]));
+            thickness[slice_of(fragment, nearest, per_depth)] += thickness_of(fragment, solid_depth);
+        }
+        var visible = array<vec4f, SLICES>();   // of a slice's strands, per thickness
+        var before_slice = array<f32, SLICES>();
+        for (var i = 0u; i < SLICES; i++) {
+            before_slice[i] = dot(transmittance, vec4f(0.25));
+            let passed = exp(-thickness[i]);
+            visible[i] = transmittance * (1.0 - passed) / max(thickness[i], vec4f(1e-20));
+            transmittance *= passed;
+        }
+        for (var f = 0u; f < count; f++) {
+            let word = (base + f) * FRAGMENT_WORDS;
+            let key = vec2u(fragments[word], fragments[word + 2u] + 1u);
+            if !before(last_key, key) { continue; }
+            let fragment = unpack_fragment(vec3u(fragments[word], fragments[word + 1u], fragments[word + 2u]));
+            let slice = slice_of(fragment, nearest, per_depth);
+            let share = 0.25 * dot(visible[slice], thickness_of(fragment, solid_depth));
+            if share <= 0.0 || before_slice[slice] < OPAQUE { continue; }
+            let segment = segments[fragment.segment];
+            show(base + shown, fragment, segment.vertex, share);
+            shown++;
+            if before_slice[slice] > 1.0 - PICK_ALPHA && key.x > pick.x { pick = vec2u(key.x, segment.vertex - segment.strand + 1u); }
+        }
+    }
     counts[p] = shown;
     left[at] = vec2u(pack2x16unorm(transmittance.xy), pack2x16unorm(transmittance.zw));
     picks[at] = pick;
+}
+
+fn slice_of(fragment: Fragment, nearest: f32, per_depth: f32) -> u32 {
+    return min(u32(max((fragment.depth - nearest) * per_depth, 0.0)), SLICES - 1u);
+}
+
+// -ln of what a fragment lets pass towards each sub-sample.
+fn thickness_of(fragment: Fragment, solid_depth: vec4f) -> vec4f {
+    let in_front = select(vec4f(0.0), vec4f(1.0), vec4f(fragment.depth) < solid_depth);
+    // 1 - c would round a millionth away.
+    let c = min(fragment.coverage, 0.999);
+    return in_front * select(-log(1.0 - c), c * (1.0 + 0.5 * c), c < 1e-2);
+}
+
+fn show(entry: u32, fragment: Fragment, vertex: u32, share: f32) {
+    want(vertex);
+    want(vertex + 1u);
+    let word = entry * COMPOSED_WORDS;
+    composed[word] = vertex;
+    composed[word + 1u] = bitcast<u32>(share);
+    composed[word + 2u] = bitcast<u32>(fragment.along);
 }
 
 // A vertex that a pixel shows, or the two between which it is interpolated, and the groom points it lies between.
