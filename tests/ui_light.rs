@@ -120,6 +120,31 @@ fn undo(harness: &mut Harness<'_, Editor>) {
     harness.step();
 }
 
+#[test]
+fn a_cancelled_fit_keeps_the_lights_until_the_next_change() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = editor(&sequence(folder.path()));
+    let before = lights(&harness);
+    let count = |harness: &Harness<'_, Editor>, count: f64| {
+        let slider = harness.get_all_by_label("Lights").next().unwrap();
+        slider.set_value_accesskit(count);
+    };
+    count(&harness, 256.0);
+    harness.step();
+    harness.step();
+    click(&mut harness, "Cancel");
+    assert!(!harness.state().is_busy(), "nothing is left to wait for");
+    assert!(harness.query_by_label("Cancel").is_none());
+    let said = harness.state().last_message().unwrap();
+    assert!(said.starts_with("Fit cancelled"), "{said}");
+    assert_eq!(lights(&harness), before);
+    count(&harness, 5.0);
+    harness.step();
+    let frames = harness.state().frames_shown();
+    settle(&mut harness, frames);
+    assert_eq!(lights(&harness).lights.len(), 5);
+}
+
 /// Turning, dragging, muting, deleting: each one undo entry, none a new fit; saved, reopened and rendered the same.
 #[test]
 fn lights_are_edited_by_hand_undone_saved_and_reopened() {

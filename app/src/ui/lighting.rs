@@ -166,6 +166,15 @@ impl Editor {
         self.fitting = Some(Job::start("Fitting lights", &context, load));
     }
 
+    /// Ends a fit at once; the lights in the picture stay.
+    pub(super) fn stop_fitting(&mut self) {
+        if let Some(job) = self.fitting.take() {
+            job.cancel();
+            self.fitted_for = None;
+            self.say("Fit cancelled: the earlier lights stay until the light is changed again");
+        }
+    }
+
     /// Takes what was fitted, and what was measured of it.
     pub(super) fn take_lighting(&mut self, context: &Context) {
         if let Some(result) = self.fitting.as_ref().and_then(Job::poll) {

@@ -99,20 +99,13 @@ impl Editor {
     }
 
     fn jobs(&mut self, ui: &mut Ui) {
-        let mut stop_opening = false;
-        if let Some(job) = &self.opening {
-            stop_opening = bar(ui, job);
+        // The thread ends by itself; nobody waits for what it brings.
+        if self.opening.as_ref().is_some_and(|job| bar(ui, job)) {
+            self.opening = None;
         }
         // The maps of a sequence that plays follow each other too fast for a bar.
-        if let Some(job) = &self.fitting
-            && !self.is_playing()
-            && bar(ui, job)
-        {
-            job.cancel();
-        }
-        if stop_opening {
-            // The thread ends by itself; nobody waits for what it brings.
-            self.opening = None;
+        if !self.is_playing() && self.fitting.as_ref().is_some_and(|job| bar(ui, job)) {
+            self.stop_fitting();
         }
     }
 }
