@@ -85,6 +85,18 @@ impl Gpu {
             ..Default::default()
         }))
         .map_err(|e| GpuError::NoAdapter(e.to_string()))?;
+        // OpenGL ES by itself: then no Vulkan driver is installed.
+        let depth = adapter.get_texture_format_features(super::head::DEPTH_FORMAT);
+        if !depth
+            .allowed_usages
+            .contains(wgpu::TextureUsages::RENDER_ATTACHMENT)
+        {
+            let info = adapter.get_info();
+            return Err(GpuError::NoAdapter(format!(
+                "{} ({}) draws no 32-bit float textures",
+                info.name, info.backend
+            )));
+        }
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("balayage"),
             required_features: Self::wanted_features(&adapter),
