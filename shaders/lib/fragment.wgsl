@@ -9,12 +9,14 @@ struct Fragment {
 
 const FRAGMENT_WORDS: u32 = 3u;
 
-// The root of the coverage is kept: far away a segment covers a millionth of a pixel that thousands of them fill.
+// Below 1/64 the root of the coverage is kept: far away a segment covers a millionth of a pixel that thousands of them fill.
 fn pack_fragment_middle(coverage: f32, along: f32) -> u32 {
-    return pack2x16unorm(vec2f(sqrt(coverage), along));
+    let kept = select(0.125 + (coverage - 0.015625) / 1.125, sqrt(coverage), coverage < 0.015625);
+    return pack2x16unorm(vec2f(kept, along));
 }
 
 fn unpack_fragment(words: vec3u) -> Fragment {
     let middle = unpack2x16unorm(words.y);
-    return Fragment(bitcast<f32>(words.x), middle.x * middle.x, middle.y, words.z);
+    let coverage = select(0.015625 + (middle.x - 0.125) * 1.125, middle.x * middle.x, middle.x < 0.125);
+    return Fragment(bitcast<f32>(words.x), coverage, middle.y, words.z);
 }

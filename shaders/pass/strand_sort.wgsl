@@ -70,7 +70,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         var found = 0u;
         for (var f = 0u; f < count; f++) {
             let word = (base + f) * FRAGMENT_WORDS;
-            let key = vec2u(fragments[word], fragments[word + 2u] + 1u);
+            let key = key_at(word);
             if !before(last_key, key) { continue; }
             if found == RUN && !before(key, keys[RUN - 1u]) { continue; }
             var slot = min(found, RUN - 1u);
@@ -85,7 +85,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         }
         for (var k = 0u; k < found; k++) {
             let word = places[k];
-            let fragment = unpack_fragment(vec3u(fragments[word], fragments[word + 1u], fragments[word + 2u]));
+            let fragment = fragment_at(word);
             let segment = segments[fragment.segment];
             // Neighbouring segments of one strand share the pixel: their coverages add up instead of hiding each other.
             let joins = segment.strand == strand && max(segment.vertex, last_vertex) - min(segment.vertex, last_vertex) <= 2u;
@@ -124,9 +124,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         var thickness = array<vec4f, SLICES>();
         for (var f = 0u; f < count; f++) {
             let word = (base + f) * FRAGMENT_WORDS;
-            let key = vec2u(fragments[word], fragments[word + 2u] + 1u);
+            let key = key_at(word);
             if !before(last_key, key) { continue; }
-            let fragment = unpack_fragment(vec3u(fragments[word], fragments[word + 1u], fragments[word + 2u]));
+            let fragment = fragment_at(word);
             thickness[slice_of(fragment, nearest, per_depth)] += thickness_of(fragment, solid_depth);
         }
         var visible = array<vec4f, SLICES>();   // of a slice's strands, per thickness
@@ -139,9 +139,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         }
         for (var f = 0u; f < count; f++) {
             let word = (base + f) * FRAGMENT_WORDS;
-            let key = vec2u(fragments[word], fragments[word + 2u] + 1u);
+            let key = key_at(word);
             if !before(last_key, key) { continue; }
-            let fragment = unpack_fragment(vec3u(fragments[word], fragments[word + 1u], fragments[word + 2u]));
+            let fragment = fragment_at(word);
             let slice = slice_of(fragment, nearest, per_depth);
             let share = 0.25 * dot(visible[slice], thickness_of(fragment, solid_depth));
             if share <= 0.0 || before_slice[slice] < OPAQUE { continue; }
@@ -154,6 +154,15 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     counts[p] = shown;
     left[at] = vec2u(pack2x16unorm(transmittance.xy), pack2x16unorm(transmittance.zw));
     picks[at] = pick;
+}
+
+fn fragment_at(word: u32) -> Fragment {
+    return unpack_fragment(vec3u(fragments[word], fragments[word + 1u], fragments[word + 2u]));
+}
+
+// Depth bits, segment + 1.
+fn key_at(word: u32) -> vec2u {
+    return vec2u(fragments[word], fragments[word + 2u] + 1u);
 }
 
 fn slice_of(fragment: Fragment, nearest: f32, per_depth: f32) -> u32 {
