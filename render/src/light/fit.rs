@@ -256,9 +256,7 @@ pub fn fit_counted(
     };
     // What smooth hair sees costs several times more: a step of a sequence goes without, and so do lights too few for it.
     let sights: &[Sight] = match (settings.objective, &warm) {
-        (Objective::Relative, None) if settings.count >= LEAST_FOR_SMOOTH_HAIR => {
-            &[Sight::HAIR, Sight::SMOOTH_HAIR]
-        }
+        (Objective::Relative, None) if settings.count >= LEAST_FOR_SMOOTH_HAIR => &Sight::ALL_HAIR,
         (Objective::Relative, _) => &[Sight::HAIR],
         (Objective::L2, _) => &[Sight::L2],
     };
