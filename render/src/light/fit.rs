@@ -34,13 +34,15 @@ const LEAST_FOR_SMOOTH_HAIR: usize = 16;
 const COLD_STEPS: [usize; 2] = [20, 3];
 const WARM_STEPS: [usize; 2] = [0, 0];
 
-/// Refinement from a seed and from given lights; a changed map may have new suns, so that both can place lights anew.
+/// Refinement from a seed and from given lights; a changed map may have new suns, so that both can place lights anew. In a step
+/// of a sequence a light jumps only where that pays well: every jump is seen as a flicker.
 const COLD_REFINEMENT: Effort = Effort {
     before: 8,
     swaps: 16,
     per_swap: 3,
     after: 14,
     rounds: 1,
+    worth_a_swap: 1.0,
 };
 const WARM_REFINEMENT: Effort = Effort {
     before: 3,
@@ -48,6 +50,7 @@ const WARM_REFINEMENT: Effort = Effort {
     per_swap: 2,
     after: 3,
     rounds: 4,
+    worth_a_swap: 0.8,
 };
 
 /// What the fit minimises.

@@ -128,6 +128,8 @@ pub(super) struct Effort {
     pub after: usize,
     /// Most rounds of all this; a map that changed beyond recognition needs more than one.
     pub rounds: usize,
+    /// A swap must bring the squared residual below this share of what it was.
+    pub worth_a_swap: f64,
 }
 
 impl Effort {
@@ -140,8 +142,9 @@ impl Effort {
 /// Mean squared relative residual of the given lights from which on a map counts as another one, not as the next of a sequence.
 const BEYOND_RECOGNITION: f64 = 0.1;
 
-/// Another round follows one that left less than this share of the squared residual of such a map.
+/// Another round follows one that left less than this share of the squared residual of such a map, and more than a good fit leaves.
 const WORTH_ANOTHER: f64 = 0.3;
+const GOOD: f64 = 1e-3;
 
 /// How often the costly parts of a fit were done; equal on every machine, unlike time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -177,7 +180,7 @@ pub(super) fn refine<E>(
     for _ in 0..effort.rounds {
         let before = state.cost;
         state = refinement.round(state, effort)?;
-        if given < BEYOND_RECOGNITION || state.cost > WORTH_ANOTHER * before {
+        if given < BEYOND_RECOGNITION || state.cost > WORTH_ANOTHER * before || state.cost < GOOD {
             break;
         }
     }
@@ -210,7 +213,7 @@ impl<'a, E, F: Fn(u32) -> Result<(), E>> Refinement<'a, F> {
             (self.on_step)(1)?;
             let swapped = self.evaluated(lobes);
             let swapped = self.descend(swapped, effort.per_swap)?;
-            if swapped.cost < state.cost {
+            if swapped.cost < effort.worth_a_swap * state.cost {
                 state = swapped;
                 barren.clear();
             } else {
