@@ -11,7 +11,7 @@ use balayage::{
     ui::{Command, Editor},
 };
 use balayage_render::light::{LightSet, SrbfLight};
-use egui::{Key, Modifiers, PointerButton, Pos2, Vec2};
+use egui::{Key, Modifiers, PointerButton, Pos2, Vec2, accesskit::Role};
 use egui_kittest::{
     Harness,
     kittest::{NodeT, Queryable},
@@ -488,4 +488,18 @@ fn lights_by_error_are_as_few_as_it_takes() {
         (settings(&harness).target_error, settings(&harness).light_count),
         (None, 30)
     );
+}
+
+/// A rotation that a file gives backwards is shown as what it is, and looking at it changes nothing.
+#[test]
+fn a_rotation_backwards_is_shown_forwards() {
+    let folder = tempfile::tempdir().unwrap();
+    let constant = r#"{"environment": {"constant": [1, 1, 1]}, "rotation_deg": -100, "exposure_ev": 9.5}"#;
+    let harness = editor(&lit(folder.path(), constant));
+    let number = |slider: &str| {
+        let found = harness.get_by_role_and_label(Role::Slider, slider);
+        found.accesskit_node().numeric_value().unwrap()
+    };
+    assert_eq!([number("Rotation"), number("Exposure")], [260.0, 9.5]);
+    assert_eq!(document(&harness).project().light.rotation_deg, -100.0);
 }

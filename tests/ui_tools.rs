@@ -251,3 +251,23 @@ fn an_empty_window_offers_recent_files() {
     settle(&mut harness, 0);
     assert!(document(&harness).path().is_some());
 }
+
+/// How fine the hair volume is changes the picture, not the document, and back again.
+#[test]
+fn the_hair_volume_is_as_fine_as_the_view_menu_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = editor(&project(folder.path()));
+    let usual = picture(&mut harness);
+    let mut choose = |name: &str| {
+        let frames = harness.state().frames_shown();
+        for label in ["View", "Hair volume", name] {
+            click(&mut harness, label);
+        }
+        settle(&mut harness, frames);
+        picture(&mut harness)
+    };
+    let coarse = choose("Very coarse");
+    assert!(coarse != usual, "voxels three times as large are seen");
+    assert!(choose("Usual") == usual);
+    assert!(!document(&harness).is_modified());
+}

@@ -161,7 +161,11 @@ impl Editor {
         }
         self.fitted_for = None;
         match groom {
-            Ok(groom) => self.send_scene(SceneInput { groom, head }),
+            Ok(groom) => self.send_scene(SceneInput {
+                groom,
+                head,
+                voxel_spacings: self.view.voxel_spacings,
+            }),
             Err(problem) => self.complain(&problem),
         }
         self.refresh_light();

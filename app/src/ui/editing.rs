@@ -75,6 +75,7 @@ impl Editor {
             Ok(SceneInput {
                 groom,
                 head: document.load_head()?.map(Arc::new),
+                voxel_spacings: self.view.voxel_spacings,
             })
         });
         match scene {

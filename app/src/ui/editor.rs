@@ -5,6 +5,7 @@ use std::{path::PathBuf, sync::Arc};
 use balayage_render::{
     gpu::{DebugView, FrameReport, Terms, ViewTransform},
     groom::{Mesh, ReadOptions},
+    volume::VolumeSettings,
 };
 use egui::{Context, Panel, TextureHandle, Ui};
 
@@ -67,6 +68,8 @@ pub(super) struct ViewOptions {
     /// False colours in place of the picture.
     pub(super) debug: Option<DebugView>,
     pub(super) show_background: bool,
+    /// Side of the hair volume's voxels in mean distances between fibres.
+    pub(super) voxel_spacings: f32,
 }
 
 /// The tabs of the dock below the layers.
@@ -191,6 +194,7 @@ impl Editor {
                 terms: Terms::ALL,
                 debug: None,
                 show_background: false,
+                voxel_spacings: VolumeSettings::default().voxel_spacings,
             },
             gesture: Gesture::None,
             slider: None,

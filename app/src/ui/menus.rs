@@ -118,6 +118,7 @@ impl Editor {
             self.menu_item(ui, command);
         }
         ui.menu_button("False colours", |ui| self.false_colours_menu(ui));
+        ui.menu_button("Hair volume", |ui| self.hair_volume_menu(ui));
         for command in [Command::Turntable, Command::FullScreen, Command::HidePanels] {
             self.menu_item(ui, command);
         }

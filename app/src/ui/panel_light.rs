@@ -1,7 +1,7 @@
 //! The environment: which one, how it is turned, exposed and tinted, how well lights stand for it.
 
 use balayage_render::light::{PRESETS, Picture};
-use egui::{Context, Slider, TextureHandle, TextureOptions, TextureWrapMode, Ui};
+use egui::{Context, Slider, SliderClamping, TextureHandle, TextureOptions, TextureWrapMode, Ui};
 
 use super::{Command, Editor, job::Job, light_grab::Grab, sequence::Playing};
 use crate::document::{Edit, Environment, FitReport, LightId, LightSettings};
@@ -167,8 +167,15 @@ impl Editor {
             ),
         ];
         for (name, unit, hint, range, field) in fields {
-            let mut changed = light.clone();
-            let slider = Slider::new(field(&mut changed), range).text(name).suffix(unit);
+            // Files may turn it backwards or more than once.
+            let mut changed = LightSettings {
+                rotation_deg: light.rotation_deg.rem_euclid(360.0),
+                ..light.clone()
+            };
+            let slider = Slider::new(field(&mut changed), range)
+                .clamping(SliderClamping::Edits)
+                .text(name)
+                .suffix(unit);
             let slider = ui.add(slider).on_hover_text(hint);
             if slider.double_clicked() {
                 *field(&mut changed) = 0.0;

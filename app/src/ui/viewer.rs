@@ -16,6 +16,7 @@ use balayage_render::{
     groom::{Groom, Mesh},
     light::{EnvironmentMap, LightSet},
     param::VertexParams,
+    volume::VolumeSettings,
 };
 use glam::Vec3;
 
@@ -75,6 +76,8 @@ impl Effort {
 pub(super) struct SceneInput {
     pub(super) groom: Arc<Groom>,
     pub(super) head: Option<Arc<Mesh>>,
+    /// Side of the hair volume's voxels in mean distances between fibres.
+    pub(super) voxel_spacings: f32,
 }
 
 /// Lights and what is seen behind the hair.
@@ -499,6 +502,10 @@ impl Worker {
             self.last = None;
         }
         if fresh || new_scene {
+            renderer.set_volume(VolumeSettings {
+                voxel_spacings: scene.voxel_spacings,
+                ..VolumeSettings::default()
+            });
             renderer.set_groom(&scene.groom, scene.head.as_deref())?;
         }
         if fresh || new_scene {

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use balayage_render::gpu::{DebugView, Terms};
+use balayage_render::volume::VolumeSettings;
 use egui::{Color32, Context, Event, Rect, Ui, ViewportCommand};
 use glam::Vec2;
 
@@ -33,6 +34,31 @@ impl Editor {
         ui.radio_value(&mut self.view.debug, None, "Off: the picture");
         for (view, _, name) in DebugView::ALL {
             ui.radio_value(&mut self.view.debug, Some(view), name);
+        }
+    }
+
+    /// How finely the hair is divided for light's way through it.
+    pub(super) fn hair_volume_menu(&mut self, ui: &mut Ui) {
+        let before = self.view.voxel_spacings;
+        for (spacings, name, hint) in [
+            (0.75, "Fine", "Sharper shadows at once; more memory and time"),
+            (
+                VolumeSettings::default().voxel_spacings,
+                "Usual",
+                "A little wider than the distance between fibres",
+            ),
+            (
+                2.0,
+                "Coarse",
+                "Less memory and time; shadows from voxels are softer until exact rays refine them",
+            ),
+            (4.0, "Very coarse", "For grooms that hardly fit into memory"),
+        ] {
+            ui.radio_value(&mut self.view.voxel_spacings, spacings, name)
+                .on_hover_text(hint);
+        }
+        if self.view.voxel_spacings != before {
+            self.refresh_scene();
         }
     }
 

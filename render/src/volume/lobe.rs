@@ -15,7 +15,7 @@ const PSEUDO_OBSERVATIONS: f64 = 3.0;
 const ENOUGH_DIRECTIONS: usize = 8;
 
 /// Widest light, in bandwidth, that one direction stands for.
-pub const ONE_DIRECTION_BANDWIDTH: f32 = 0.2;
+pub const ONE_DIRECTION_BANDWIDTH: f32 = 0.12;
 
 /// A light's frame and its two sets of directions, same layout as `LobeLight` in `shaders/lib/volume.wgsl`.
 #[repr(C)]
@@ -95,12 +95,12 @@ fn power(light: &SrbfLight) -> f64 {
     f64::from(light.radiance.element_sum() / 3.0) * solid_angle(light.bandwidth)
 }
 
-/// Number of directions that visibility is fitted to: one up to a bandwidth of 0.2, eight from 0.6 on.
+/// Number of directions that visibility is fitted to: one up to a bandwidth of 0.12, eight from 0.6 on.
 pub fn visibility_count(bandwidth: f32) -> usize {
     match bandwidth {
         ..=ONE_DIRECTION_BANDWIDTH => 1,
-        ..=0.3 => 3,
-        ..=0.45 => 4,
+        ..=0.3 => 4,
+        ..=0.45 => 5,
         ..=0.6 => 6,
         _ => 8,
     }
