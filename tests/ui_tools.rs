@@ -261,7 +261,8 @@ fn the_hair_volume_is_as_fine_as_the_view_menu_says() {
     let mut choose = |name: &str| {
         let frames = harness.state().frames_shown();
         for label in ["View", "Hair volume", name] {
-            click(&mut harness, label);
+            harness.get_by_label(label).click();
+            harness.run_steps(3);
         }
         settle(&mut harness, frames);
         picture(&mut harness)

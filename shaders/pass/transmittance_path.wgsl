@@ -30,7 +30,6 @@ const DEEPEST: f32 = 80.0;
 struct PathSums {
     s_f: vec3f,              // sum of (1 - a_f)
     spread: f32,             // sum of beta_f^2
-    turned: vec3f,           // sum of k
     n: f32,                  // optical depth: exp(-n) cross no fibre
     blocked: bool,
 }
@@ -55,24 +54,20 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         atomicAdd(&marks.count, light.path_count + 1u);
     }
 
-    // Towards the light: means of exp(-S_f), exp(-sum of k) and exp(-n) over the lobe, and of the spread where light is scattered forward at all.
+    // Towards the light: means of exp(-S_f) and exp(-n) over the lobe, and of the spread where light is scattered forward at all.
     var t_f = vec3f(0.0);
-    var t_turned = vec3f(0.0);
     var all_f = vec3f(0.0);
-    var all_turned = vec3f(0.0);
     var t_direct = 0.0;
     var spread = 0.0;
     var spread_weight = 0.0;
     for (var k = 0u; k < light.path_count; k++) {
         let w = world_from_lobe(light, directions[light.first_path + k].local, turn);
         let sums = march_forward(here.xyz, w, own);
+        all_f += select(sums.s_f, vec3f(DEEPEST), sums.blocked);
         if (!sums.blocked) {
             let direct = exp(-sums.n);
             let arriving = exp(-sums.s_f);
             t_f += arriving;
-            t_turned += exp(-sums.turned);
-            all_f += sums.s_f;
-            all_turned += sums.turned;
             t_direct += direct;
             let scattered = max(dot(arriving, vec3f(1.0 / 3.0)) - direct, 1e-6);
             spread += scattered * sums.spread / max(1.0 - direct, 1e-6);
@@ -83,10 +78,10 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let n = -log(max(t_direct / count, exp(-SUM_MAX)));
     // Far too small for a 16-bit float themselves.
     let arriving_f = -log(max(t_f / count, vec3f(exp(-DEEPEST))));
-    // Where nothing arrives but what turned round, the mean is that of exp(-sum of k): k is a share of 1 - a_f.
-    let share = max(all_turned / max(all_f, vec3f(1e-6)), vec3f(1e-4));
-    let turned_f = min(-log(max(t_turned / count, vec3f(exp(-DEEPEST)))) / share, vec3f(DEEPEST));
-    let s_f = mix(arriving_f, turned_f, smoothstep(vec3f(0.5 * SUM_MAX), vec3f(SUM_MAX), arriving_f));
+    // Where nothing arrives but what turned round, and dies away with k, S_f stands for the sum of k: a quarter of the way to its plain mean a white furnace
+    // stays level to its middle (bench furnace).
+    let deep = smoothstep(vec3f(0.5 * SUM_MAX), vec3f(SUM_MAX), arriving_f);
+    let s_f = mix(arriving_f, min(all_f / count, vec3f(DEEPEST)), 0.25 * deep);
     let kappa = 2.0 * march_behind(here.xyz, -light.axis, own);
     let record = vec4u(
         pack2x16float(s_f.xy),
@@ -120,7 +115,8 @@ fn march_forward(start: vec3f, w: vec3f, own: OwnStrand) -> PathSums {
     var m = march_begin(start, w, own, 0.0);
     var crossing: Crossing;
     var sums: PathSums;
-    while (any((sums.s_f < vec3f(SUM_MAX)) | (sums.turned < vec3f(SUM_MAX))) && any(sums.s_f < vec3f(DEEPEST)) && march_next(&m, &crossing)) {
+    var turned = vec3f(0.0);
+    while (any((sums.s_f < vec3f(SUM_MAX)) | (turned < vec3f(SUM_MAX))) && any(sums.s_f < vec3f(DEEPEST)) && march_next(&m, &crossing)) {
         if (crossing.blocked) {
             sums.blocked = true;
             break;
@@ -131,7 +127,7 @@ fn march_forward(start: vec3f, w: vec3f, own: OwnStrand) -> PathSums {
         let loss = max(across + crossing.sin2_theta * slope, vec4f(0.0));
         let lost = min(loss.xyz, vec3f(1.0));
         sums.s_f += vec3f(optical_depth(crossing, lost.x), optical_depth(crossing, lost.y), optical_depth(crossing, lost.z));
-        sums.turned += crossing.expected * decay_in(crossing);
+        turned += crossing.expected * decay_in(crossing);
         sums.spread += crossing.expected * loss.w;
         sums.n += optical_depth(crossing, 1.0);
     }

@@ -46,7 +46,7 @@ const COLD_REFINEMENT: Effort = Effort {
 };
 const WARM_REFINEMENT: Effort = Effort {
     before: 3,
-    swaps: 3,
+    swaps: 2,
     per_swap: 2,
     after: 3,
     rounds: 4,
