@@ -95,13 +95,12 @@ fn power(light: &SrbfLight) -> f64 {
     f64::from(light.radiance.element_sum() / 3.0) * solid_angle(light.bandwidth)
 }
 
-/// Number of directions that visibility is fitted to: one up to a bandwidth of 0.12, eight from 0.6 on.
+/// Number of directions that visibility is fitted to: one up to a bandwidth of 0.12, eight from 0.45 on.
 pub fn visibility_count(bandwidth: f32) -> usize {
     match bandwidth {
         ..=ONE_DIRECTION_BANDWIDTH => 1,
         ..=0.3 => 4,
-        ..=0.45 => 5,
-        ..=0.6 => 6,
+        ..=0.45 => 6,
         _ => 8,
     }
 }
