@@ -25,7 +25,7 @@ const SOLID_RHO: f32 = 61000.0;
 const OCCLUDER_CLEARANCE: f32 = 1.5;
 
 // The own strand is subtracted up to here; beyond it has left the ray or is one fibre among many.
-const OWN_REACH: f32 = 4.0;
+const OWN_REACH: f32 = 6.0;
 
 // Steps are one voxel near the start and this share of the distance further out.
 const STEP_GROWTH: f32 = 0.125;

@@ -167,11 +167,11 @@ impl Editor {
             ),
         ];
         for (name, unit, hint, range, field) in fields {
-            // Files may turn it backwards or more than once.
-            let mut changed = LightSettings {
-                rotation_deg: light.rotation_deg.rem_euclid(360.0),
-                ..light.clone()
-            };
+            let mut changed = light.clone();
+            if name == "Rotation" {
+                // Files may turn it backwards or more than once.
+                changed.rotation_deg = changed.rotation_deg.rem_euclid(360.0);
+            }
             let slider = Slider::new(field(&mut changed), range)
                 .clamping(SliderClamping::Edits)
                 .text(name)
