@@ -14,7 +14,7 @@ use balayage::{
 use egui::{Key, Modifiers, Vec2, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable};
 
-use super::{bits, document, drag, editor, picture, project};
+use super::{bits, document, drag, editor, picture, project, settle};
 
 /// How many steps the history should have: done ones, and all of them.
 #[derive(Default)]
@@ -246,7 +246,8 @@ fn a_colourists_session() {
     click(&mut harness, "History");
     assert!(harness.query_by_label("1. Change environment").is_some());
 
-    // The eyedropper reads the seen colour.
+    // The eyedropper reads the seen colour, of a picture that is there.
+    settle(&mut harness, 0);
     click(&mut harness, "Brush");
     press(&mut harness, Modifiers::NONE, Key::C);
     click(&mut harness, "Seen colour");
