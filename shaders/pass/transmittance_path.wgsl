@@ -27,6 +27,10 @@ const SUM_MAX: f32 = 6.0;
 const BEHIND_MAX: f32 = 3.0;
 const DEEPEST: f32 = 80.0;
 
+// How far S_f of a lobe deep in hair goes from -ln of the mean of exp(-S_f) towards its plain mean: at this a white furnace stays level to its
+// middle (bench furnace).
+const DEEP_MEAN: f32 = 0.25;
+
 struct PathSums {
     s_f: vec3f,              // sum of (1 - a_f)
     spread: f32,             // sum of beta_f^2
@@ -78,10 +82,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let n = -log(max(t_direct / count, exp(-SUM_MAX)));
     // Far too small for a 16-bit float themselves.
     let arriving_f = -log(max(t_f / count, vec3f(exp(-DEEPEST))));
-    // Where nothing arrives but what turned round, and dies away with k, S_f stands for the sum of k: a quarter of the way to its plain mean a white furnace
-    // stays level to its middle (bench furnace).
+    // Where nothing arrives but what turned round, and dies away with k, S_f stands for the sum of k.
     let deep = smoothstep(vec3f(0.5 * SUM_MAX), vec3f(SUM_MAX), arriving_f);
-    let s_f = mix(arriving_f, min(all_f / count, vec3f(DEEPEST)), 0.25 * deep);
+    let s_f = mix(arriving_f, min(all_f / count, vec3f(DEEPEST)), DEEP_MEAN * deep);
     let kappa = 2.0 * march_behind(here.xyz, -light.axis, own);
     let record = vec4u(
         pack2x16float(s_f.xy),
