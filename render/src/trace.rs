@@ -16,7 +16,7 @@ use crate::groom::{Groom, RefinedGroom};
 use crate::image::Picture;
 use crate::light::EnvironmentMap;
 use crate::optics::Fibre;
-use crate::optics::sample::sample;
+use crate::optics::sample::sample_marschner;
 use crate::param::VertexParams;
 use crate::volume::{Hit, SegmentGrid, Strands};
 
@@ -199,19 +199,14 @@ impl<'a> Scene<'a> {
         let v = (-across)
             .try_normalize()
             .unwrap_or_else(|| u.any_orthonormal_vector());
-        // The groom's points on both sides, and the place between them.
-        let source = self.refined.source_point()[point] as usize;
-        let ends = [point, point + 1].map(|p| {
-            (self.refined.source_point()[p] as usize - source) as f32 + self.refined.source_fraction()[p]
-        });
+        let (source, share) = self.refined.source_between(point, hit.fraction);
         let next = (source + 1).min(self.groom.point_count() - 1);
-        let share = ends[0] + (ends[1] - ends[0]) * hit.fraction;
         Place {
             position: origin + direction * hit.distance,
             strand: hit.strand,
             frame: [u, v, u.cross(v)],
             theta_o: f64::from((-direction).dot(u)).clamp(-1.0, 1.0).asin(),
-            fibre: fibre_between(&self.params[source], &self.params[next], share),
+            fibre: self.params[source].fibre_towards(&self.params[next], share),
         }
     }
 
@@ -251,7 +246,7 @@ impl<'a> Scene<'a> {
 impl Place {
     /// A world direction that light comes from, and its weight.
     fn draw(&self, random: &mut impl Rng) -> Option<(Vec3, Vec3)> {
-        let drawn = sample(&self.fibre, self.theta_o, random)?;
+        let drawn = sample_marschner(&self.fibre, self.theta_o, random)?;
         let (sin_theta, cos_theta) = (drawn.theta as f32).sin_cos();
         let (sin_phi, cos_phi) = (drawn.phi as f32).sin_cos();
         let [u, v, w] = self.frame;
@@ -260,32 +255,5 @@ impl Place {
             direction.normalize(),
             Vec3::from_array(drawn.weight.map(|x| x as f32)),
         ))
-    }
-}
-
-/// The fibre between two groom points, as the shaders mix them.
-fn fibre_between(a: &VertexParams, b: &VertexParams, share: f32) -> Fibre {
-    let mixed = |of: fn(&VertexParams) -> f32| f64::from(of(a) + (of(b) - of(a)) * share);
-    let alpha = mixed(|p| p.alpha_rad);
-    let beta = mixed(|p| p.beta_rad);
-    Fibre {
-        eta: mixed(|p| p.eta),
-        eccentricity: 1.0,
-        sigma_a: [
-            mixed(|p| p.sigma_a[0]),
-            mixed(|p| p.sigma_a[1]),
-            mixed(|p| p.sigma_a[2]),
-        ],
-        alpha: [
-            alpha,
-            alpha * mixed(|p| p.alpha_ratios[0]),
-            alpha * mixed(|p| p.alpha_ratios[1]),
-        ],
-        beta: [
-            beta,
-            beta * mixed(|p| p.beta_ratios[0]),
-            beta * mixed(|p| p.beta_ratios[1]),
-        ],
-        azimuthal_width: mixed(|p| p.azimuthal_width),
     }
 }

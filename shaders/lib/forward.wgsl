@@ -21,7 +21,7 @@ fn prepare_forward(f: Fibre, theta_o: f32) -> ForwardView {
     return v;
 }
 
-// The half circle's cosine series is 1/2 + 2/pi (cos x - cos 3x / 3 + ...); a ray that exits at azimuth Phi, blurred by a Gaussian of
+// A ray that exits at azimuth Phi, blurred by a Gaussian of
 // bandwidth b, multiplies harmonic m by cos(m Phi) exp(-m^2 b^2 / 4).
 fn window_series(r: Refraction, f: Fibre, p: u32) -> WindowSeries {
     var mean = vec3f(0.0);
@@ -35,7 +35,7 @@ fn window_series(r: Refraction, f: Fibre, p: u32) -> WindowSeries {
         let blur = exp(-0.25 * (smooth_sq + span * span));
         mean += energy;
         for (var i = 0u; i < FORWARD_HARMONICS; i++) {
-            let m = f32(2u * i + 1u);
+            let m = harmonic_order(i);
             harmonic[i] += pow(blur, m * m) * cos(m * path.azimuth) * energy;
         }
     }

@@ -23,7 +23,7 @@ fn prepare_forward(f: Fibre, theta_o: f32) -> ForwardView {
     return v;
 }
 
-// The half circle's cosine series is 1/2 + 2/pi (cos x - cos 3x / 3 + ...); a ray that exits at azimuth Phi through a detector of bandwidth
+// A ray that exits at azimuth Phi through a detector of bandwidth
 // b multiplies harmonic m by cos(m Phi) exp(-m^2 b^2 / 4).
 fn window_series(r: Refraction, f: Fibre, t: u32) -> WindowSeries {
     var mean = vec3f(0.0);
@@ -47,7 +47,7 @@ fn window_series(r: Refraction, f: Fibre, t: u32) -> WindowSeries {
                 let azimuth = atan2(exit.azimuth.y, exit.azimuth.x);
                 mean += energy;
                 for (var i = 0u; i < FORWARD_HARMONICS; i++) {
-                    let m = f32(2u * i + 1u);
+                    let m = harmonic_order(i);
                     harmonic[i] += pow(blur, m * m) * cos(m * azimuth) * energy;
                 }
             }

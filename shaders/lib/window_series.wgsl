@@ -1,10 +1,15 @@
 //!use lib/maths.wgsl
-// A function of the azimuth between view and light as a cosine series: 1/pi over the half circle, seen through a fibre.
+// A function of the azimuth between view and light as a cosine series: 1/pi over the half circle, seen through a fibre. The half circle's
+// own series is 1/2 + 2/pi (cos x - cos 3x / 3 + ...). lib/part_series.wgsl is the same for a part of the sphere.
 
 // Odd harmonics of the half circle that are kept: 1, 3, 5, 7.
 const FORWARD_HARMONICS: u32 = 4u;
 // Nodes over gamma that the sums are taken at.
 const FORWARD_GAMMAS: u32 = 8u;
+
+fn harmonic_order(i: u32) -> f32 {
+    return f32(2u * i + 1u);
+}
 
 // Mean of N_p over the half circle around an azimuth x off the view: mean + cos x (a polynomial of cos^2 x).
 struct WindowSeries {

@@ -29,6 +29,8 @@ impl From<ModelName> for Model {
 /// `--multiple` of a picture.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum MultipleName {
+    /// Light traced from the lights from fibre to fibre, kept in cells of the hair.
+    Traced,
     /// S + D + U: two streams carry what turned round, scattered light diffuses over the inclinations.
     M3,
     /// S + 1.1 D + 0.2 L + 0.25 U.
@@ -42,6 +44,7 @@ pub enum MultipleName {
 impl From<MultipleName> for Multiple {
     fn from(name: MultipleName) -> Self {
         match name {
+            MultipleName::Traced => Self::Traced,
             MultipleName::M3 => Self::M3,
             MultipleName::M2 => Self::M2,
             MultipleName::Zinke2008 => Self::Zinke2008,

@@ -19,6 +19,7 @@ use super::head::{HeadBuffers, HeadPass, HeadShade, HeadTarget};
 use super::pick_map::PickMap;
 use super::raster::{PictureBuffers, Raster};
 use super::report::FrameReport;
+use super::scattered_light::ScatteredLight;
 use super::scene_lights::SceneLights;
 use super::shade::{ShadeInputs, ShadePass};
 use super::stale::{Changes, Input, Product};
@@ -45,6 +46,7 @@ pub struct Renderer {
     shade: ShadePass,
     view: ViewPass,
     transmittance: Transmittance,
+    scattered: ScatteredLight,
     scene: Option<SceneBuffers>,
     lights: SceneLights,
     /// Lights to be taken by the next frame.
@@ -56,6 +58,8 @@ pub struct Renderer {
     changes: Changes,
     lag: Lag,
     interrupt: Option<Arc<AtomicBool>>,
+    /// Whether the sums along the ways from the lights are to be seen.
+    shows_ways: bool,
     volume_settings: VolumeSettings,
     /// Number of the frame, from 1 on; whole and exact up to 2^24.
     frame: f32,
@@ -124,6 +128,7 @@ impl Renderer {
             shade: ShadePass::new(gpu)?,
             view: ViewPass::new(gpu)?,
             transmittance: Transmittance::new(gpu)?,
+            scattered: ScatteredLight::default(),
             scene: None,
             lights: SceneLights::dark(gpu)?,
             next_lights: None,
@@ -138,6 +143,7 @@ impl Renderer {
             changes: Changes::ALL,
             lag: Lag::default(),
             interrupt: None,
+            shows_ways: false,
             volume_settings: VolumeSettings::default(),
             frame: 0.0,
             sent_bytes: 0,
@@ -182,6 +188,8 @@ impl Renderer {
             head_target: HeadTarget::new(gpu, [1, 1])?,
             near: 1e-3 * low.distance(high),
         });
+        let solid = self.transmittance.take_solid();
+        self.scattered.set_strands(refined, solid, report.voxel_size);
         self.raster.forget();
         self.changes.note(Input::Geometry);
         Ok(report)
@@ -224,6 +232,7 @@ impl Renderer {
         scene.strands.forget_points(&self.gpu, dirty);
         self.transmittance
             .set_params(&scene.params, MeanFibre::of(params), dirty);
+        self.scattered.set_params(params, dirty);
         self.changes.note(Input::Parameters);
         Ok(())
     }
@@ -307,6 +316,8 @@ impl Renderer {
         self.transmittance.set_model(&gpu, settings.shade.method.model)?;
         self.transmittance
             .set_visibility_source(&gpu, settings.shade.visibility)?;
+        let sums_ways = settings.shade.sums_ways() || self.shows_ways;
+        self.transmittance.want_path_sums(sums_ways);
         self.note_changes(&now);
         let mut few = self.take_lights(settings, &mut report)?;
         let (changes, stale) = (self.changes, self.changes.stale());
@@ -364,6 +375,16 @@ impl Renderer {
                     self.transmittance
                         .update(&gpu, wanted, settings.interactive, settings.visibility_rays)
                 })?;
+                if settings.shade.is_traced() {
+                    let traced = report.time(&gpu, "scattered light", |_| {
+                        self.scattered.set_lights(&self.lights.lights);
+                        self.scattered.update(&gpu, settings, self.interrupt.as_deref())
+                    })?;
+                    if let Some(rays) = traced {
+                        scene.strands.multiple_work.forget_all(&gpu);
+                        report.count("photon rays", rays);
+                    }
+                }
                 // What a vertex was shaded with has changed where better rays were traced.
                 if done.exact_rays > 0 {
                     self.shade
@@ -378,6 +399,7 @@ impl Renderer {
                     .forget_changed(&gpu, &scene.strands.multiple_work);
                 let inputs = ShadeInputs {
                     interrupt: self.interrupt.as_deref(),
+                    field: self.scattered.buffers(),
                     ..scene.shade_inputs(&self.lights, &self.transmittance, &now, self.frame)
                 };
                 report.time(&gpu, "strand shading", |report| {
@@ -541,6 +563,7 @@ impl SceneBuffers {
             real_light_count: lights.real_count(),
             constant: lights.constant(),
             transmittance,
+            field: None,
             savings: now.settings.savings,
             frame,
             interrupt: None,

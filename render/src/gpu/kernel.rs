@@ -99,14 +99,29 @@ impl Kernel {
         method: &Method,
         constants: &[(&str, f64)],
     ) -> Result<Self, GpuError> {
-        let text = shader::compose(path, method.files()).map_err(|reason| GpuError::Refused {
+        Self::scattering_instead(gpu, path, method, &[], constants)
+    }
+
+    /// The same with files standing in for others besides those of the method.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`] with the compiler's message.
+    pub(super) fn scattering_instead(
+        gpu: &Gpu,
+        path: &str,
+        method: &Method,
+        instead: &[(&str, &str)],
+        constants: &[(&str, f64)],
+    ) -> Result<Self, GpuError> {
+        let instead = [method.files(), instead].concat();
+        let text = shader::compose(path, &instead).map_err(|reason| GpuError::Refused {
             what: format!("shaders/{path}"),
             reason,
         })?;
         Self::composed(
             gpu,
             path,
-            method.files(),
+            &instead,
             &[constants, &method.constants(&text)].concat(),
         )
     }

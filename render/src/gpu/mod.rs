@@ -18,6 +18,7 @@ pub mod raster;
 mod records;
 mod report;
 mod savings;
+mod scattered_light;
 mod scene_lights;
 mod sh9;
 mod shade;

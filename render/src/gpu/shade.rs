@@ -11,6 +11,7 @@ use glam::Vec3;
 
 pub use settings::{Multiple, ShadeSettings, Terms};
 
+use super::scattered_light::FieldBuffers;
 use super::strands::StrandBuffers;
 use super::tables::scattering_tables;
 use super::transmittance::{LightBatch, Transmittance};
@@ -51,6 +52,8 @@ pub struct ShadeInputs<'a> {
     pub constant: Vec3,
     /// Records per (point, light).
     pub transmittance: &'a Transmittance,
+    /// Light that fibres send each other, where it was traced.
+    pub field: Option<&'a FieldBuffers>,
     /// What need not be done.
     pub savings: Savings,
     /// Number of this frame.
@@ -80,6 +83,7 @@ const MOST_VARIANTS: usize = 8;
 #[derive(Clone, Copy, PartialEq)]
 struct Variant {
     method: Method,
+    is_traced: bool,
     may_be_elliptic: bool,
     follows_absorbed: bool,
     skips_hidden: bool,
@@ -89,6 +93,7 @@ impl Variant {
     fn new(settings: &ShadeSettings, has_elliptic: bool, savings: Savings) -> Self {
         Self {
             method: settings.method,
+            is_traced: settings.is_traced(),
             may_be_elliptic: has_elliptic || !savings.has(Saving::Circular),
             follows_absorbed: !savings.has(Saving::Absorbed),
             skips_hidden: savings.has(Saving::Hidden),
@@ -98,8 +103,17 @@ impl Variant {
 
 struct ShadeKernels {
     single: Kernel,
-    /// None for a model that knows no multiple scattering.
-    multiple: Option<Kernel>,
+    multiple: MultipleKernel,
+}
+
+/// Where multiple scattering comes from.
+enum MultipleKernel {
+    /// The model knows none.
+    None,
+    /// The path sums of every light.
+    Lights(Kernel),
+    /// A light field.
+    Field(Kernel),
 }
 
 /// What shading evaluated.
@@ -111,7 +125,7 @@ pub struct ShadeReport {
     pub single: u64,
     /// Of these, pairs whose fibre is of elliptic section.
     pub elliptic: u64,
-    /// (groom point, light) pairs of multiple scattering.
+    /// (groom point, light) pairs of multiple scattering; with a light field, parts of the sphere that light came from.
     pub multiple: u64,
     /// Pairs of both kinds that were left out because next to nothing of the light arrives.
     pub hidden: u64,
@@ -182,7 +196,8 @@ impl ShadePass {
         let lights = runs(settings, strands, inputs);
         // What no pass fills is dark.
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        if !settings.scatters_often() || lights.is_empty() {
+        if !settings.scatters_often() || lights.is_empty() || (settings.is_traced() && inputs.field.is_none())
+        {
             encoder.clear_buffer(&strands.multiple, 0, None);
         }
         if lights.is_empty() {
@@ -263,7 +278,8 @@ impl ShadePass {
             }
         }
         let (lister, best) = (&self.lister, u32::MAX);
-        let points = if settings.scatters_often() {
+        // A light field holds all lights.
+        let points = if settings.sums_ways() {
             strands
                 .multiple_work
                 .collect_again(gpu, lister, &strands.wanted_points, best)?
@@ -311,10 +327,28 @@ impl ShadePass {
             (5, &self.tables),
         ];
         let mut pairs = 0;
+        if let (1.., MultipleKernel::Field(kernel), Some(field)) = (points, &kernels.multiple, inputs.field) {
+            let uniform = gpu.uniform_of("shade", &lights[0].uniform);
+            let buffers = [
+                (0, &uniform),
+                (1, &strands.vertices),
+                (2, inputs.params),
+                (3, &field.grid),
+                (4, &field.numbers),
+                (5, &self.tables),
+                (6, &field.fibres),
+                (7, &strands.multiple),
+                (8, &field.radiance),
+                (10, &strands.point_vertices),
+                (11, &strands.multiple_work.items),
+                (12, &evaluated),
+            ];
+            kernel.run(gpu, &kernel.bind(gpu, &buffers), points);
+        }
         for run in lights {
             let count = u64::from(run.uniform.light_count);
             let uniform = gpu.uniform_of("shade", &run.uniform);
-            if let (1.., Some(kernel)) = (points, &kernels.multiple) {
+            if let (1.., MultipleKernel::Lights(kernel)) = (points, &kernels.multiple) {
                 let own = [
                     (0, &uniform),
                     (6, &run.batch.path),
@@ -343,7 +377,8 @@ impl ShadePass {
         }
         let evaluated = gpu.read::<u32>(&evaluated, 3)?;
         [report.single, report.elliptic, report.multiple] = [0, 1, 2].map(|k| u64::from(evaluated[k]));
-        report.hidden = pairs - report.single - report.multiple;
+        let of_lights = report.single + if settings.is_traced() { 0 } else { report.multiple };
+        report.hidden = pairs - of_lights;
         Ok(report)
     }
 
@@ -412,14 +447,25 @@ impl ShadeKernels {
             ("may_be_elliptic", f64::from(u8::from(variant.may_be_elliptic))),
             ("follows_absorbed", f64::from(u8::from(variant.follows_absorbed))),
         ];
-        let multiple = Method { quality, ..method };
+        let often = Method { quality, ..method };
+        let multiple = if variant.is_traced {
+            let instead = [("lib/window_series.wgsl", "lib/part_series.wgsl")];
+            MultipleKernel::Field(Kernel::scattering_instead(
+                gpu,
+                "pass/shade_field.wgsl",
+                &often,
+                &instead,
+                &[],
+            )?)
+        } else if method.model.scatters_often() {
+            let path = "pass/shade_multiple.wgsl";
+            MultipleKernel::Lights(Kernel::scattering_with(gpu, path, &often, &[skips_hidden])?)
+        } else {
+            MultipleKernel::None
+        };
         Ok(Self {
             single: Kernel::scattering_with(gpu, "pass/shade.wgsl", &method, &single)?,
-            multiple: method
-                .model
-                .scatters_often()
-                .then(|| Kernel::scattering_with(gpu, "pass/shade_multiple.wgsl", &multiple, &[skips_hidden]))
-                .transpose()?,
+            multiple,
         })
     }
 }
@@ -491,7 +537,7 @@ fn uniform(
         first_record: (lights.start - batch.lights.start) * strands.point_count,
         adds: 1,
         multiple: match settings.multiple {
-            Multiple::M3 | Multiple::Off => 0,
+            Multiple::M3 | Multiple::Traced | Multiple::Off => 0,
             Multiple::Zinke2008 => 1,
             Multiple::M2 => 2,
         },

@@ -30,7 +30,7 @@ use super::{Gpu, GpuError, Kernel, Method, Model};
 use crate::gpu::tables::scattering_tables;
 use crate::light::SrbfLight;
 use crate::volume::lobe::LobeLight;
-use crate::volume::{DensityVolume, Occluder, Strands, VolumeSettings};
+use crate::volume::{DensityVolume, Occluder, SolidVoxels, Strands, VolumeSettings};
 
 /// Bytes of a visibility record: a, b of T(w) = a + b . (w - A w_j) as four half floats.
 pub const VISIBILITY_BYTES: u64 = 8;
@@ -138,6 +138,9 @@ pub struct Transmittance {
     moved: Vec<u32>,
     has_paint: bool,
     interrupt: Option<Arc<AtomicBool>>,
+    /// Whether path sums are wanted.
+    sums_ways: bool,
+    solid: Option<SolidVoxels>,
     /// Exact rays that no report has told of yet.
     traced: u64,
 }
@@ -182,6 +185,8 @@ impl Transmittance {
             moved: Vec::new(),
             has_paint: false,
             interrupt: None,
+            sums_ways: true,
+            solid: None,
             traced: 0,
         })
     }
@@ -198,6 +203,7 @@ impl Transmittance {
         settings: &VolumeSettings,
     ) -> Result<VolumeReport, GpuError> {
         let volume = DensityVolume::build(strands, occluder, settings);
+        self.solid = SolidVoxels::of(&volume);
         let buffers = VolumeBuffers::upload(gpu, &volume, strands)?;
         let bytes = volume.bytes() as u64
             + 32 * u64::from(volume.grid.stored_voxels)
@@ -253,6 +259,16 @@ impl Transmittance {
         Ok(())
     }
 
+    /// What stands in the light's way, for rays on the CPU; taken once.
+    pub fn take_solid(&mut self) -> Option<SolidVoxels> {
+        self.solid.take()
+    }
+
+    /// Whether path sums are wanted, and what they are made from. They are unless this says no.
+    pub fn want_path_sums(&mut self, wanted: bool) {
+        self.sums_ways = wanted;
+    }
+
     /// While the flag is true, exact rays stop after the points that they are traced for and [`Self::update`] fails with
     /// [`GpuError::Interrupted`]; what was traced until then is kept, and the next update goes on from there.
     pub fn set_interrupt(&mut self, interrupt: Option<Arc<AtomicBool>>) {
@@ -274,7 +290,7 @@ impl Transmittance {
 
     /// True where the last update kept losses of an earlier paint.
     pub fn lags(&self) -> bool {
-        self.stale.paint != DirtyPoints::NONE
+        self.sums_ways && self.stale.paint != DirtyPoints::NONE
     }
 
     /// Nothing that was marched counts any more.
@@ -361,9 +377,13 @@ impl Transmittance {
             let points = again(&volume.visibility_work)?;
             self.march_lights(gpu, volume, lights, Records::Visibility, points, &self.moved)?;
             report.visibility_rays += u64::from(points) * moved(|light| light.visibility_count);
-            let points = again(&volume.path_work)?;
-            self.march_lights(gpu, volume, lights, Records::Path, points, &self.moved)?;
-            report.path_rays += u64::from(points) * moved(|light| light.path_count + 1);
+            if self.sums_ways {
+                let points = again(&volume.path_work)?;
+                self.march_lights(gpu, volume, lights, Records::Path, points, &self.moved)?;
+                report.path_rays += u64::from(points) * moved(|light| light.path_count + 1);
+            } else {
+                volume.path_work.forget_all(gpu);
+            }
         }
         if !self.stale.ways.is_empty() {
             // Those that no pixel shows as well: they are up to date, and few of them change.
@@ -420,7 +440,7 @@ impl Transmittance {
             }
             report.exact_rays = std::mem::take(&mut self.traced);
         }
-        if self.has_paint {
+        if self.has_paint && self.sums_ways {
             let points = volume.path_work.collect(gpu, &self.lister, wanted, DONE)?;
             if points > 0 {
                 self.march_lights(gpu, volume, lights, Records::Path, points, &every)?;

@@ -127,6 +127,15 @@ impl RefinedGroom {
         &self.source_fraction
     }
 
+    /// The groom's point at or before the place between refined point `i` (`fraction` 0) and the next of its strand (1), and how far that place lies
+    /// towards the groom's next point.
+    pub fn source_between(&self, i: usize, fraction: f32) -> (usize, f32) {
+        let source = self.source_point[i] as usize;
+        let ends =
+            [i, i + 1].map(|p| (self.source_point[p] as usize - source) as f32 + self.source_fraction[p]);
+        (source, ends[0] + (ends[1] - ends[0]) * fraction)
+    }
+
     /// First refined point of every strand, and the count at the end: `strand_count() + 1` entries.
     pub fn first_point(&self) -> &[u32] {
         &self.first_point

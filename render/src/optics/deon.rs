@@ -47,7 +47,7 @@ fn ln_m_p(v: f64, theta_i: f64, theta_r: f64) -> f64 {
 }
 
 /// alpha and v of the path of order p.
-fn tilt_and_variance(fibre: &Fibre, p: u32) -> (f64, f64) {
+pub(super) fn tilt_and_variance(fibre: &Fibre, p: u32) -> (f64, f64) {
     let lobe = p.min(2) as usize;
     (fibre.alpha[lobe], (2.0 * fibre.beta[lobe]).powi(2))
 }

@@ -1,10 +1,11 @@
-//! Directions drawn from what a fibre scatters, for path tracing.
+//! Directions drawn from what a fibre scatters, for tracing paths: from the viewer to the light or from the light on.
 
 use std::f64::consts::{FRAC_PI_2, SQRT_2, TAU};
 
 use rand::Rng;
 
 use super::azimuthal::CrossSection;
+use super::deon;
 use super::fibre::{Fibre, Lobe, Rgb};
 
 /// Least chance of every lobe, relative to what the likeliest sends.
@@ -24,30 +25,16 @@ pub struct Sample {
 /// Draws a lobe, an offset h across the fibre, the inclination from M and TRT's azimuth from its circular Gaussian (section 3 of the
 /// design; Marschner 2003 with M normalised to one). None where M reaches beyond the poles: that light is lost. The cross-section is
 /// circular: eccentricity is not read. `fibre` has passed [`Fibre::check`], |theta_o| <= pi/2.
-pub fn sample(fibre: &Fibre, theta_o: f64, random: &mut impl Rng) -> Option<Sample> {
+pub fn sample_marschner(fibre: &Fibre, theta_o: f64, random: &mut impl Rng) -> Option<Sample> {
     let gamma = random.random_range(-1.0_f64..1.0).asin();
 
     // The lobe's chance is what it sends through this offset around its mean inclination.
     let sent = Lobe::ALL.map(|lobe| {
         let section = CrossSection::new(fibre.eta, theta_o - fibre.alpha[lobe as usize]);
-        section
-            .attenuation(lobe.p(), gamma.abs(), &fibre.sigma_a)
-            .iter()
-            .sum::<f64>()
-            / 3.0
+        section.attenuation(lobe.p(), gamma.abs(), &fibre.sigma_a)
     });
-    let least = LEAST_CHANCE * sent.iter().copied().fold(1e-300, f64::max);
-    let chances = sent.map(|a| a.max(least));
-    let total: f64 = chances.iter().sum();
-    let mut rest = random.random_range(0.0..total);
-    let lobe = Lobe::ALL
-        .into_iter()
-        .find(|lobe| {
-            rest -= chances[*lobe as usize];
-            rest < 0.0
-        })
-        .unwrap_or(Lobe::Trt);
-    let chance = chances[lobe as usize] / total;
+    let (index, chance) = choose(&sent, random);
+    let lobe = Lobe::ALL[index];
 
     let theta = 2.0 * fibre.alpha[lobe as usize] - theta_o + 2.0 * fibre.beta[lobe as usize] * normal(random);
     if theta.abs() >= FRAC_PI_2 {
@@ -66,6 +53,72 @@ pub fn sample(fibre: &Fibre, theta_o: f64, random: &mut impl Rng) -> Option<Samp
         phi: phi.rem_euclid(TAU),
         weight: attenuation.map(|a| a * scale),
     })
+}
+
+/// The same for the model of d'Eon 2011 as the shaders draw it (p = 0 to 3 one by one, those above with the cone of p = 4 at every azimuth):
+/// no light is lost at any inclination.
+///
+/// The inclination is drawn from the spherical Gaussian around the cone that M_p is the mean of (d'Eon, Marschner and Hanika 2013,
+/// "Importance Sampling for Physically-Based Hair Fiber Models").
+pub fn sample_deon(fibre: &Fibre, theta_o: f64, random: &mut impl Rng) -> Sample {
+    let gamma = random.random_range(-1.0_f64..1.0).asin();
+    let through = |section: &CrossSection, p: u32| {
+        let energy = section.attenuation(p, gamma.abs(), &fibre.sigma_a);
+        if p < deon::DRAWN_ORDERS {
+            return energy;
+        }
+        // The geometric series of all orders from p on.
+        let next = section.attenuation(p + 1, gamma.abs(), &fibre.sigma_a);
+        std::array::from_fn(|c| {
+            if energy[c] > next[c] {
+                energy[c] / (1.0 - next[c] / energy[c])
+            } else {
+                energy[c]
+            }
+        })
+    };
+    let sent: [Rgb; 5] = std::array::from_fn(|p| {
+        let (alpha, _) = deon::tilt_and_variance(fibre, p as u32);
+        through(&CrossSection::new(fibre.eta, theta_o - alpha), p as u32)
+    });
+    let (index, chance) = choose(&sent, random);
+    let p = index as u32;
+
+    let (alpha, v) = deon::tilt_and_variance(fibre, p);
+    let cone = theta_o - 2.0 * alpha;
+    let rest = random.random::<f64>();
+    let u = 1.0 + v * (rest + (1.0 - rest) * (-2.0 / v).exp()).ln();
+    let across = (1.0 - u * u).max(0.0).sqrt() * (TAU * random.random::<f64>()).cos();
+    let theta = (across * cone.cos() - u * cone.sin()).clamp(-1.0, 1.0).asin();
+    let section = CrossSection::new(fibre.eta, 0.5 * (theta_o - theta));
+    let phi = if p < deon::DRAWN_ORDERS {
+        section.exit_azimuth(p, gamma.abs()) * gamma.signum()
+            + fibre.azimuthal_width / SQRT_2 * normal(random)
+    } else {
+        TAU * random.random::<f64>()
+    };
+    Sample {
+        theta,
+        phi: phi.rem_euclid(TAU),
+        weight: through(&section, p).map(|a| a / chance),
+    }
+}
+
+/// One of several paths in proportion to the power that each sends, and its chance.
+fn choose<const N: usize>(sent: &[Rgb; N], random: &mut impl Rng) -> (usize, f64) {
+    let power = sent.map(|rgb| rgb.iter().sum::<f64>() / 3.0);
+    let least = LEAST_CHANCE * power.iter().copied().fold(1e-300, f64::max);
+    let chances = power.map(|a| a.max(least));
+    let total: f64 = chances.iter().sum();
+    let mut rest = random.random_range(0.0..total);
+    let index = chances
+        .iter()
+        .position(|chance| {
+            rest -= chance;
+            rest < 0.0
+        })
+        .unwrap_or(N - 1);
+    (index, chances[index] / total)
 }
 
 /// A normal deviate (Box and Muller).
@@ -117,7 +170,7 @@ mod tests {
             let whole: f64 = furnace_radiance(&fibre, theta_o, 1e-4).unwrap()[0];
             let (mut lit, mut all) = (0.0, 0.0);
             for _ in 0..COUNT {
-                let Some(s) = sample(&fibre, theta_o, &mut random) else {
+                let Some(s) = sample_marschner(&fibre, theta_o, &mut random) else {
                     continue;
                 };
                 let cosine = centre.theta.sin() * s.theta.sin()

@@ -2,9 +2,13 @@
 
 mod access;
 
+use std::f64::consts::FRAC_PI_2;
+
 use bytemuck::{Pod, Zeroable};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+use crate::optics::Fibre;
 
 /// A painted channel; values live on the groom's points (design: angles in degrees here, radians in [`VertexParams`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
@@ -162,6 +166,35 @@ pub struct VertexParams {
     pub alpha_ratios: [f32; 2],
     /// Width of TT and TRT over R's.
     pub beta_ratios: [f32; 2],
+}
+
+impl VertexParams {
+    /// The fibre between the point of these parameters (`share` 0) and that of `next` (1), inside the range that scattering is built for, as
+    /// `fibre_from_params` of `shaders/lib/fibre.wgsl` has it.
+    pub fn fibre_towards(&self, next: &Self, share: f32) -> Fibre {
+        let mixed = |of: fn(&Self) -> f32| f64::from(of(self) + (of(next) - of(self)) * share);
+        let guarded = |x: f64, [low, high]: [f64; 2], otherwise: f64| {
+            if x.is_nan() { otherwise } else { x.clamp(low, high) }
+        };
+        let alpha = mixed(|p| p.alpha_rad);
+        let beta = mixed(|p| p.beta_rad);
+        let sigma_a = [
+            mixed(|p| p.sigma_a[0]),
+            mixed(|p| p.sigma_a[1]),
+            mixed(|p| p.sigma_a[2]),
+        ];
+        let alphas =
+            [1.0, mixed(|p| p.alpha_ratios[0]), mixed(|p| p.alpha_ratios[1])].map(|ratio| alpha * ratio);
+        let betas = [1.0, mixed(|p| p.beta_ratios[0]), mixed(|p| p.beta_ratios[1])].map(|ratio| beta * ratio);
+        Fibre {
+            eta: guarded(mixed(|p| p.eta), [1.0, 3.0], 1.55),
+            eccentricity: 1.0,
+            sigma_a: sigma_a.map(|x| guarded(x, [0.0, 1e4], 0.0)),
+            alpha: alphas.map(|x| guarded(x, [-FRAC_PI_2, FRAC_PI_2], 0.0)),
+            beta: betas.map(|x| guarded(x, [1e-3, 1.5], 0.1)),
+            azimuthal_width: guarded(mixed(|p| p.azimuthal_width), [1e-3, 4.0], 0.2),
+        }
+    }
 }
 
 impl LobeRatios {

@@ -15,7 +15,7 @@ pub const EMPTY_BRICK: u32 = u32::MAX;
 pub const SOLID_BRICK: u32 = u32::MAX - 1;
 
 /// Density of a voxel inside an occluder: the largest half float, which no hair reaches.
-const SOLID_RHO: f32 = 65504.0;
+pub(super) const SOLID_RHO: f32 = 65504.0;
 
 /// Largest density that is stored for fibres.
 const MAX_RHO: f64 = 60000.0;

@@ -11,10 +11,13 @@ mod exact;
 mod grid;
 pub mod lobe;
 mod occluder;
+mod solid;
 mod strands;
 
+pub(crate) use clip::clip_segment;
 pub use density::{DensityVolume, EMPTY_BRICK, SOLID_BRICK, Share, VolumeSettings};
 pub use exact::{Hit, SegmentGrid};
 pub use grid::{BRICK_SIDE, BRICK_VOXELS, Grid};
 pub use occluder::Occluder;
+pub use solid::SolidVoxels;
 pub use strands::Strands;

@@ -53,7 +53,7 @@ pub(super) struct FurnaceArgs {
     #[arg(long, value_enum, default_values_t = [ModelName::Marschner, ModelName::Deon])]
     model: Vec<ModelName>,
     /// How light that has crossed other fibres is added.
-    #[arg(long, value_enum, default_value_t = MultipleName::M3)]
+    #[arg(long, value_enum, default_value_t = MultipleName::Traced)]
     multiple: MultipleName,
     /// Terms that are added up, as `render` has them.
     #[arg(long, value_name = "TERMS", default_value = "all")]

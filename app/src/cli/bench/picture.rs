@@ -49,7 +49,7 @@ pub(super) struct PictureArgs {
     #[command(flatten)]
     method: MethodOptions,
     /// How light that has crossed other fibres is added.
-    #[arg(long, value_enum, default_value_t = MultipleName::M3)]
+    #[arg(long, value_enum, default_value_t = MultipleName::Traced)]
     multiple: MultipleName,
     /// Exact rays per point and light of the refined picture.
     #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=1024))]

@@ -80,7 +80,7 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "TERMS", default_value = "all")]
     terms: Terms,
     /// How light that has crossed other fibres is added.
-    #[arg(long, value_enum, default_value_t = MultipleName::M3)]
+    #[arg(long, value_enum, default_value_t = MultipleName::Traced)]
     multiple: MultipleName,
     /// Where shadows come from before exact rays refine them.
     #[arg(long, value_enum, default_value_t)]

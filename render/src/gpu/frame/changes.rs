@@ -37,7 +37,11 @@ impl Renderer {
                 (new.shade.method.quality as u32) > old.shade.method.quality as u32
                     || old.visibility_rays != new.visibility_rays,
             ),
-            (Input::Parameters, self.transmittance.lags() && !new.interactive),
+            (
+                Input::Parameters,
+                !new.interactive
+                    && (self.transmittance.lags() || (new.shade.is_traced() && self.scattered.lags())),
+            ),
             (Input::Background, old.show_background != new.show_background),
             (
                 Input::Display,
@@ -53,6 +57,7 @@ impl Renderer {
         if !new.savings.has(Saving::Untouched) {
             self.changes = Changes::ALL;
             self.transmittance.forget();
+            self.scattered.forget();
         }
         if self.changes.has(Input::Method) || self.changes.has(Input::Geometry) {
             single.forget_all(&self.gpu);

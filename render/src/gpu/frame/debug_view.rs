@@ -140,7 +140,13 @@ impl Renderer {
             show_background: false,
             ..*settings
         };
-        self.render(camera, size, &settings)?;
+        self.shows_ways = matches!(view, DebugView::Fibres | DebugView::Forward);
+        if self.shows_ways {
+            self.changes.note(Input::Quality);
+        }
+        let drawn = self.render(camera, size, &settings);
+        self.shows_ways = false;
+        drawn?;
         let side = size.map(|n| n as usize);
         let values = match view {
             DebugView::NonFinite => {

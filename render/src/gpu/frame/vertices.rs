@@ -56,12 +56,17 @@ impl Renderer {
         self.transmittance.set_model(&gpu, settings.shade.method.model)?;
         self.transmittance
             .set_visibility_source(&gpu, settings.shade.visibility)?;
+        self.transmittance.want_path_sums(settings.shade.sums_ways());
         self.transmittance.update(
             &gpu,
             Some(&strands.wanted_points),
             false,
             settings.visibility_rays,
         )?;
+        if settings.shade.is_traced() {
+            self.scattered.set_lights(&self.lights.lights);
+            self.scattered.update(&gpu, settings, None)?;
+        }
         let inputs = ShadeInputs {
             camera_position: eye,
             params: &scene.params,
@@ -70,6 +75,7 @@ impl Renderer {
             real_light_count: self.lights.real_count(),
             constant: self.lights.constant(),
             transmittance: &self.transmittance,
+            field: self.scattered.buffers(),
             // The points are wanted themselves, whatever they lie between.
             savings: settings.savings.without(Saving::Straight),
             frame: self.frame,

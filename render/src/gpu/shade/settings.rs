@@ -10,8 +10,10 @@ use crate::gpu::{Method, VisibilitySource};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Multiple {
-    /// S + D + U, where U is what two streams say has turned round; scattered light diffuses over the inclinations.
+    /// S + light traced from the lights from fibre to fibre ([`crate::photon`]): D has not turned back so far, U has.
     #[default]
+    Traced,
+    /// S + D + U, where U is what two streams say has turned round; scattered light diffuses over the inclinations.
     M3,
     /// S + 1.1 D + 0.2 L + 0.25 U.
     M2,
@@ -30,10 +32,21 @@ impl Terms {
     pub const SINGLE: Self = Self(1 | 2 | 4);
     /// Multiple scattering: D, L and U.
     pub const MULTIPLE: Self = Self(8 | 16 | 32);
+    /// Light scattered forward on its way.
+    pub const D: Self = Self(8);
+    /// Light that was turned back.
+    pub const U: Self = Self(32);
     /// Everything.
     pub const ALL: Self = Self(63);
     /// Names of the single terms, bit 0 first.
     pub const NAMES: [&'static str; 6] = ["R", "TT", "TRT", "D", "L", "U"];
+}
+
+impl Terms {
+    /// Whether any of `terms` is among them.
+    pub fn has(self, terms: Self) -> bool {
+        self.0 & terms.0 != 0
+    }
 }
 
 impl FromStr for Terms {
@@ -74,7 +87,7 @@ impl Default for ShadeSettings {
     fn default() -> Self {
         Self {
             method: Method::default(),
-            multiple: Multiple::M3,
+            multiple: Multiple::Traced,
             terms: Terms::ALL,
             visibility: VisibilitySource::Voxel,
         }
@@ -86,6 +99,16 @@ impl ShadeSettings {
     pub fn scatters_often(&self) -> bool {
         self.multiple != Multiple::Off
             && self.method.model.scatters_often()
-            && self.terms.0 & Terms::MULTIPLE.0 != 0
+            && self.terms.has(Terms::MULTIPLE)
+    }
+
+    /// Whether that light is read off a light field.
+    pub(in crate::gpu) fn is_traced(&self) -> bool {
+        self.multiple == Multiple::Traced && self.scatters_often()
+    }
+
+    /// Whether it is made from the sums along the ways from the lights.
+    pub(in crate::gpu) fn sums_ways(&self) -> bool {
+        self.multiple != Multiple::Traced && self.scatters_often()
     }
 }
