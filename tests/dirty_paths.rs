@@ -2,14 +2,14 @@
 
 use std::ops::Range;
 
-use balayage_render::gpu::{Gpu, MeanFibre, Renderer, Transmittance};
+use balayage_render::gpu::{Gpu, MeanFibre, Multiple, Renderer, Transmittance};
 use balayage_render::groom::{Groom, ball};
 use balayage_render::light::SrbfLight;
 use balayage_render::param::VertexParams;
 use balayage_render::volume::{Strands, VolumeSettings};
 use glam::Vec3;
 
-use crate::frame::{curtain, frame, pixels, plain, renderer};
+use crate::frame::{curtain, frame_of, pixels, plain, renderer};
 
 const LIGHTS: [SrbfLight; 2] = [
     SrbfLight {
@@ -98,20 +98,20 @@ fn a_picture_after_dabs_is_the_picture_of_hair_loaded_so() {
     let loaded = |params: &[VertexParams], x: f32| {
         let mut renderer: Renderer = renderer(&gpu, &groom);
         renderer.set_params(params, &[]).unwrap();
-        frame(&mut renderer, x, false);
+        frame_of(&mut renderer, x, false, Multiple::M3);
         pixels(&renderer)
     };
     let mut painted = renderer(&gpu, &groom);
     painted.set_params(&params, &[]).unwrap();
-    let first = frame(&mut painted, 0.4, false);
-    frame(&mut painted, 1.2, false);
+    let first = frame_of(&mut painted, 0.4, false, Multiple::M3);
+    frame_of(&mut painted, 1.2, false, Multiple::M3);
 
     // The tip of a strand at the edge: light from above and the side reaches few other points through it.
     let dirty = 8..9;
     params[8].sigma_a = [2.0, 0.1, 0.05];
     painted.set_params(&params, std::slice::from_ref(&dirty)).unwrap();
-    frame(&mut painted, 1.2, true);
-    let resting = frame(&mut painted, 1.2, false);
+    frame_of(&mut painted, 1.2, true, Multiple::M3);
+    let resting = frame_of(&mut painted, 1.2, false, Multiple::M3);
     for counter in ["path rays", "multiple scattering evaluations"] {
         let (again, whole) = (resting.counter(counter), first.counter(counter));
         assert!(again > 0 && again < whole / 4, "{counter}: {again} of {whole}");
@@ -125,8 +125,8 @@ fn a_picture_after_dabs_is_the_picture_of_hair_loaded_so() {
         .for_each(|p| p.sigma_a = [0.1, 2.0, 0.05]);
     painted.set_params(&params, std::slice::from_ref(&dirty)).unwrap();
     let before = pixels(&painted);
-    frame(&mut painted, 1.2, false);
+    frame_of(&mut painted, 1.2, false, Multiple::M3);
     assert_ne!(pixels(&painted), before, "the comparison can fail");
-    frame(&mut painted, 0.4, false);
+    frame_of(&mut painted, 0.4, false, Multiple::M3);
     assert_eq!(pixels(&painted), loaded(&params, 0.4));
 }

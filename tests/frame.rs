@@ -1,6 +1,6 @@
 //! The frame: what is not seen or not stale is not computed, and the picture does not tell.
 
-use balayage_render::gpu::{Camera, FrameReport, Gpu, RenderSettings, Renderer};
+use balayage_render::gpu::{Camera, FrameReport, Gpu, Multiple, RenderSettings, Renderer, ShadeSettings};
 use balayage_render::groom::{DEFAULT_MAX_TURN_RAD, Groom, RefinedGroom};
 use balayage_render::light::{LightSet, SrbfLight};
 use balayage_render::param::{LobeRatios, PigmentSet, PointValues, VertexParams};
@@ -70,8 +70,16 @@ pub fn pixels(renderer: &Renderer) -> Vec<[f32; 4]> {
 }
 
 pub fn frame(renderer: &mut Renderer, x: f32, interactive: bool) -> FrameReport {
+    frame_of(renderer, x, interactive, Multiple::default())
+}
+
+pub fn frame_of(renderer: &mut Renderer, x: f32, interactive: bool, multiple: Multiple) -> FrameReport {
     let settings = RenderSettings {
         interactive,
+        shade: ShadeSettings {
+            multiple,
+            ..Default::default()
+        },
         ..Default::default()
     };
     renderer.render(&camera(x), SIZE, &settings).unwrap()
@@ -125,11 +133,15 @@ fn painting_shades_what_was_painted_and_ends_as_if_loaded() {
         shaded > 0 && shaded < first.counter("vertices shaded") / 4,
         "{shaded}"
     );
-    assert_eq!(stroke.counter("path rays") + stroke.counter("voxels painted"), 0);
+    assert_eq!(stroke.counter("photon rays"), 0);
     assert_ne!(pixels(&painted), before, "paint is seen at once");
 
     let resting = frame(&mut painted, 0.4, false);
-    assert!(resting.counter("path rays") > 0);
+    assert!(resting.counter("photon rays") > 0);
+    assert_eq!(
+        resting.counter("path rays") + resting.counter("voxels painted"),
+        0
+    );
     assert_eq!(resting.counter("visibility rays"), 0);
     assert_eq!(
         resting.counter("vertices shaded"),

@@ -341,7 +341,7 @@ fn the_farm_template_is_valid() {
 fn voxels_are_as_fine_as_the_user_wants() {
     let scene = Scene::new();
     let painted = |spacings: &str| {
-        let (code, answer, said) = scene.render("v.exr", &["--voxel-spacings", spacings]);
+        let (code, answer, said) = scene.render("v.exr", &["--multiple", "m3", "--voxel-spacings", spacings]);
         assert_eq!(code, 0, "{said}");
         let voxels = answer["frames"][0]["counters"]["voxels painted"].as_u64();
         (voxels.unwrap(), pixels(&scene.at("v.exr")))

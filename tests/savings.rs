@@ -5,7 +5,8 @@ mod counters;
 mod interrupt;
 
 use balayage_render::gpu::{
-    Camera, FrameReport, Gpu, Quality, RenderSettings, Renderer, Saving, Savings, Terms,
+    Camera, FrameReport, Gpu, Multiple, PHOTON_RAYS, Quality, RenderSettings, Renderer, Saving, Savings,
+    Terms,
 };
 use balayage_render::groom::Groom;
 use balayage_render::image::Picture;
@@ -46,6 +47,13 @@ fn reordered(groom: &Groom, by: usize) -> Groom {
         .collect();
     strands.rotate_left(by);
     Groom::from_strands(strands, 0.05, 1.0).unwrap().0
+}
+
+/// Multiple scattering from the sums along the ways from the lights, not from photons.
+fn summed() -> RenderSettings {
+    let mut settings = RenderSettings::default();
+    settings.shade.multiple = Multiple::M3;
+    settings
 }
 
 fn lights(count: usize) -> LightSet {

@@ -25,6 +25,7 @@ mod painting;
 mod painting_cost;
 mod parity;
 mod pathtraced;
+mod photons;
 mod project;
 mod raster;
 mod relink;

@@ -43,7 +43,7 @@ fn the_gpu_times_its_shaders_where_it_is_asked() {
     let inside: f64 = report.shaders.iter().map(|(_, ms)| ms).sum();
     for shader in [
         "pass/shade.wgsl",
-        "pass/shade_multiple.wgsl",
+        "pass/shade_field.wgsl",
         "pass/strand_sort.wgsl",
     ] {
         let found = report.shaders.iter().find(|(name, _)| name == shader);

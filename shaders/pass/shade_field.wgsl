@@ -41,17 +41,14 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let view = prepare_forward(fibre, angles(towards_eye).x);
     let eye_across = normalize(towards_eye.yz + vec2f(1e-9, 0.0));
 
-    // What cells hold stands for the mean place of their fibres. It is asked for where that of the cells around is the point: at the rim of
-    // the hair, where light changes most, they lie further inside than the point.
+    // What cells hold stands for the mean place of their fibres. That of the cells around lies further inside than a point at the rim of the hair,
+    // where light changes most: it is asked for as far beyond the point.
     let place = (vertex.position - field_grid.low) / field_grid.cell;
     var around = cells_around(place);
-    var asked = place;
-    for (var step = 0u; step < 2u; step++) {
-        let off = place - around.place;
-        asked += off * min(1.0, 0.5 * inverseSqrt(max(dot(off, off), 1e-12)));
-        let there = cells_around(asked);
-        if there.area == 0.0 { break; }
-        around = there;
+    let off = place - around.place;
+    let beyond = cells_around(place + off * min(1.0, 0.5 * inverseSqrt(max(dot(off, off), 1e-12))));
+    if beyond.area > 0.0 {
+        around = beyond;
     }
 
     var out = vec3f(0.0);
@@ -73,7 +70,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             + lobes.z * window_at(view.series[2], cos_x));
     }
     out *= field_grid.scale / max(around.area, 1e-30);
-    multiple[point] = vec4f(select(out, vec3f(0.0), out < vec3f(0.0)), 1.0);
+    // Cut-off series swing a little below zero. What is not finite stays so.
+    let is_below = (out < vec3f(0.0)) & (out > vec3f(-1e30));
+    multiple[point] = vec4f(select(out, vec3f(0.0), is_below), 1.0);
     atomicAdd(&evaluated[2], part_count);
 }
 

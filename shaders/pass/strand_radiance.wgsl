@@ -28,5 +28,6 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let part = f32(before) / max(f32(before + behind), 1.0);
     let once = mix(scattered_once[index - before].rgb, scattered_once[index + behind].rgb, part);
     let sum = once + mix(multiple[point], multiple[next], vertices[index].source_fraction).rgb;
-    if any(sum != radiance[index].rgb) { radiance[index] = vec4f(sum, now.frame); }
+    // Bit by bit: what is not a number is unequal to itself, or not, as drivers like.
+    if any(bitcast<vec3u>(sum) != bitcast<vec3u>(radiance[index].rgb)) { radiance[index] = vec4f(sum, now.frame); }
 }

@@ -51,6 +51,15 @@ pub struct Parity {
 /// Functions whose arguments are a whole scene or whose value is one integral's share: (function, test that holds it and to what).
 const HELD_ELSEWHERE: &[(&str, &str)] = &[
     ("sample_at", "volume_work::harmonics_see_what_marches_see"),
+    // Parts of the sphere within 3 % of SRBF lights of their width.
+    (
+        "part_direction",
+        "photons::points_scatter_the_field_as_the_reference_does",
+    ),
+    (
+        "harmonic_order",
+        "photons::points_scatter_the_field_as_the_reference_does",
+    ),
     (
         "meets_box",
         "dirty_paths::a_dab_marches_the_ways_that_cross_it_and_ends_as_if_all_were_marched",

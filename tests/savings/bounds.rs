@@ -59,6 +59,8 @@ fn a_turning_view_keeps_what_light_other_fibres_send_for_two_degrees() {
         interactive: true,
         ..RenderSettings::default()
     };
+    // The hand rested before: what it sees is traced well.
+    scene.frame(&RenderSettings::default());
     scene.frame(&moving);
     let (eye, centre) = (scene.camera.position(), {
         let (low, high) = scene.groom.bounds();

@@ -5,11 +5,12 @@ use balayage_render::gpu::stale::{Changes, Input, Product};
 use balayage_render::volume::lobe::{LobeLight, lobe_tables};
 
 /// What each counter is work on.
-const COUNTERS: [(&str, Product); 10] = [
+const COUNTERS: [(&str, Product); 11] = [
     ("voxels painted", Product::Losses),
     ("visibility rays", Product::Visibility),
     ("exact rays", Product::Visibility),
     ("path rays", Product::PathSums),
+    ("photon rays", Product::Scattered),
     ("multiple scattering evaluations", Product::Multiple),
     ("vertices shaded", Product::Single),
     ("single scattering evaluations", Product::Single),
@@ -21,7 +22,7 @@ const COUNTERS: [(&str, Product); 10] = [
 #[test]
 fn each_edit_costs_what_the_graph_says_and_no_more() {
     let gpu = Gpu::headless().unwrap();
-    let still = RenderSettings::default();
+    let still = summed();
     let mut scene = Scene::new(&gpu, wavy(1.0), &lights(8));
     let first = scene.frame(&still);
     let whole = |counter: &str| first.counter(counter);
@@ -153,9 +154,70 @@ fn each_edit_costs_what_the_graph_says_and_no_more() {
 }
 
 #[test]
-fn one_light_of_many_costs_one_light() {
+fn photons_fly_when_what_scatters_them_changes_and_the_hand_rests() {
     let gpu = Gpu::headless().unwrap();
     let still = RenderSettings::default();
+    let moving = RenderSettings {
+        interactive: true,
+        ..still
+    };
+    let mut set = lights(8);
+    let mut scene = Scene::new(&gpu, wavy(1.0), &set);
+    let photons = |report: &FrameReport| report.counter("photon rays");
+    let first = scene.frame(&still);
+    let whole = PHOTON_RAYS..PHOTON_RAYS + PHOTON_RAYS / 10;
+    assert!(whole.contains(&photons(&first)), "{}", photons(&first));
+    assert_eq!(first.counter("path rays") + first.counter("voxels painted"), 0);
+
+    // Where the eye is, how bright all of it is and how it is shown are no matter.
+    let eye = scene.camera.position();
+    scene.camera.world_from_camera.w_axis = (1.05 * eye).extend(1.0);
+    let report = scene.frame(&still);
+    assert!(report.counter("multiple scattering evaluations") > 0 && photons(&report) == 0);
+    set.lights.iter_mut().for_each(|light| light.radiance *= 2.0);
+    scene.renderer.set_lights(&set);
+    assert_eq!(photons(&scene.frame(&still)), 0);
+
+    // Dye waits for the hand to rest. Other light flies at once, less of it; the rest follows.
+    scene.params[240..252]
+        .iter_mut()
+        .for_each(|point| point.sigma_a = [2.0, 0.2, 0.1]);
+    let dirty = 240..252;
+    scene
+        .renderer
+        .set_params(&scene.params, std::slice::from_ref(&dirty))
+        .unwrap();
+    let report = scene.frame(&moving);
+    assert!(report.counter("vertices shaded") > 0 && photons(&report) == 0);
+    assert!(whole.contains(&photons(&scene.frame(&still))));
+    scene.renderer.set_lights(&set.rotated(0.1));
+    let quick = photons(&scene.frame(&moving));
+    assert!(quick > 0 && quick < PHOTON_RAYS / 4, "{quick}");
+    assert!(whole.contains(&(quick + photons(&scene.frame(&still)))));
+
+    // A refined view adds to what there is; other terms begin anew; without the light there is nothing to do.
+    let refined = RenderSettings {
+        visibility_rays: 4,
+        ..still
+    };
+    let more = photons(&scene.frame(&refined));
+    assert!(more > 0 && more < PHOTON_RAYS, "{more}");
+    assert_eq!(photons(&scene.frame(&still)), 0);
+    let mut other = still;
+    other.shade.terms = Terms::D;
+    assert!(whole.contains(&photons(&scene.frame(&other))));
+    other.shade.multiple = Multiple::Off;
+    let report = scene.frame(&other);
+    assert_eq!(
+        photons(&report) + report.counter("multiple scattering evaluations"),
+        0
+    );
+}
+
+#[test]
+fn one_light_of_many_costs_one_light() {
+    let gpu = Gpu::headless().unwrap();
+    let still = summed();
     let moving = RenderSettings {
         interactive: true,
         ..still

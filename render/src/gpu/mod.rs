@@ -41,6 +41,7 @@ pub use method::{DIRECTIONAL_GAMMAS, DIRECTIONS, Method, Model, Quality, SEGMENT
 pub use pick_map::{Pick, PickMap};
 pub use report::FrameReport;
 pub use savings::{Saving, Savings};
+pub use scattered_light::{CELL_VOXELS, PHOTON_RAYS};
 pub use shade::{Multiple, ShadeSettings, Terms};
 pub use transmittance::{
     AVERAGES_ENTRIES, LightBatch, MeanFibre, PATH_BYTES, Transmittance, TransmittanceReport,

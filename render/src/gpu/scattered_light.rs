@@ -11,12 +11,14 @@ use crate::param::VertexParams;
 use crate::photon::{Hair, LightField, Rules, Traced};
 use crate::volume::SolidVoxels;
 
-/// Edge of a cell in voxels: at two the picture is the same, its noise more.
-const CELL_VOXELS: f32 = 3.0;
+/// Edge of a cell of the light field in voxels: at two the picture is the same, its noise more.
+pub const CELL_VOXELS: f32 = 3.0;
 
-/// Rays of a field while lights move, of the first one of a view at rest, and more for each ray that visibility is refined by.
+/// Rays of a field while lights move.
 const RAYS_MOVING: u64 = 1 << 15;
-const RAYS_FIRST: u64 = 1 << 18;
+/// Rays of the first light field of a view at rest.
+pub const PHOTON_RAYS: u64 = 1 << 18;
+/// More of them for each ray that visibility is refined by.
 const RAYS_REFINED: u64 = 1 << 14;
 
 /// A light field and what it is made from.
@@ -27,6 +29,8 @@ pub(super) struct ScatteredLight {
     lights: Vec<SrbfLight>,
     rules: Option<Rules>,
     done: Traced,
+    /// Rays that were asked for and traced, or not needed in the dark.
+    satisfied: u64,
     stale: Stale,
     buffers: Option<FieldBuffers>,
 }
@@ -86,6 +90,11 @@ impl ScatteredLight {
         self.stale.paint
     }
 
+    /// True where the field is coarser than a picture with `settings` wants it.
+    pub(super) fn is_coarse_for(&self, settings: &RenderSettings) -> bool {
+        !settings.interactive && self.buffers.is_some() && self.satisfied < wanted_rays(settings)
+    }
+
     /// Traces what is stale or too coarse for the settings; returns the rays that it took where the field is another one than before. While
     /// a hand moves the field of an earlier paint stays.
     ///
@@ -110,22 +119,20 @@ impl ScatteredLight {
         if self.stale.light || self.rules != Some(rules) || (self.stale.paint && !may_lag) {
             field.forget();
             self.done = Traced::default();
+            self.satisfied = 0;
             self.rules = Some(rules);
             self.stale = Stale::default();
             self.buffers = None;
         }
-        let wanted = if interactive {
-            RAYS_MOVING
-        } else {
-            RAYS_FIRST + u64::from(settings.visibility_rays) * RAYS_REFINED
-        };
+        let wanted = wanted_rays(settings);
         let before = self.done.rays;
-        if self.buffers.is_some() && (before >= wanted || interactive) {
+        if self.buffers.is_some() && (self.satisfied >= wanted || interactive) {
             return Ok(None);
         }
         let stop = || interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed));
         let is_whole = hair.trace(&self.lights, rules, wanted, &mut self.done, field, &stop);
         is_whole.map_err(|_| GpuError::Interrupted)?;
+        self.satisfied = self.satisfied.max(wanted);
         let (grid, numbers, fibres, radiance) = field.packed(self.done.photons as f64);
         self.buffers = Some(FieldBuffers {
             grid: gpu.storage_of("light field", &[grid])?,
@@ -139,5 +146,14 @@ impl ScatteredLight {
     /// The field of the last update.
     pub(super) fn buffers(&self) -> Option<&FieldBuffers> {
         self.buffers.as_ref()
+    }
+}
+
+/// Rays of the field that a picture is read off.
+fn wanted_rays(settings: &RenderSettings) -> u64 {
+    if settings.interactive {
+        RAYS_MOVING
+    } else {
+        PHOTON_RAYS + u64::from(settings.visibility_rays) * RAYS_REFINED
     }
 }

@@ -55,15 +55,18 @@ pub enum Product {
     Picture = 1 << 8,
     /// Display pixels.
     View = 1 << 9,
+    /// Light that fibres send each other, in cells of the hair.
+    Scattered = 1 << 10,
 }
 
 impl Product {
     /// All products, each after what it is made from.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Density,
         Self::Losses,
         Self::Visibility,
         Self::PathSums,
+        Self::Scattered,
         Self::Multiple,
         Self::Single,
         Self::Head,
@@ -83,9 +86,13 @@ impl Product {
             Self::Losses => (&[Parameters, Method], &[Self::Density]),
             Self::Visibility => (&[LightPlaces, Quality], &[Self::Density]),
             Self::PathSums => (&[LightPlaces], &[Self::Losses]),
+            Self::Scattered => (
+                &[Geometry, Parameters, Method, Quality, LightPlaces, LightColours],
+                &[],
+            ),
             Self::Multiple => (
                 &[Parameters, Method, Quality, LightColours, Eye],
-                &[Self::PathSums],
+                &[Self::PathSums, Self::Scattered],
             ),
             Self::Single => (
                 &[Parameters, Method, Quality, LightColours, Eye],

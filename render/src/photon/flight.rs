@@ -22,6 +22,9 @@ const TASKS: u64 = 32;
 /// Fibres that a photon meets at most: in white hair it leaves long before, by as many as the hair is deep.
 const MOST_FIBRES: u32 = 2048;
 
+/// Least sine of the angle between a line and a fibre that it was chosen by.
+const LEAST_ACROSS: f64 = 1e-3;
+
 /// Below this share of its first power a photon is ended by chance.
 const FAINT: f32 = 1.0 / 3.0;
 
@@ -31,9 +34,11 @@ pub struct Hair {
     /// One entry per groom point.
     params: Vec<VertexParams>,
     solid: Option<SolidVoxels>,
-    /// Projected area of the segments before each, and of all at the end; the segments' first points and their strands.
+    /// Corners of the box around the fibres.
+    bounds: [Vec3; 2],
+    /// First points of the segments, and the projected area (diameter times length) of those before each and of all at the end.
+    segments: Vec<u32>,
     area_before: Vec<f64>,
-    segments: Vec<[u32; 2]>,
     grid: OnceLock<SegmentGrid>,
 }
 
@@ -42,7 +47,7 @@ pub struct Hair {
 pub struct Traced {
     /// Photons sent out.
     pub photons: u64,
-    /// Rays: whether the light is seen, and from fibre to fibre.
+    /// Rays: from the lights into the hair, and from fibre to fibre.
     pub rays: u64,
 }
 
@@ -82,24 +87,26 @@ pub struct Rules {
 impl Hair {
     /// Fibres of the strands' own diameters; parameters have to follow.
     pub fn new(strands: RefinedGroom, solid: Option<SolidVoxels>) -> Self {
+        let (low, high) = lines(&strands).bounds();
+        let widest = strands.diameters().iter().copied().fold(0.0, f32::max);
+        let segments: Vec<u32> = (0..strands.strand_count())
+            .flat_map(|strand| lines(&strands).segments(strand))
+            .map(|i| i as u32)
+            .collect();
         let mut area_before = vec![0.0];
-        let mut segments = Vec::with_capacity(strands.point_count());
         let mut sum = 0.0;
-        for (strand, ends) in strands.first_point().windows(2).enumerate() {
-            for i in ends[0]..ends[1].saturating_sub(1).max(ends[0]) {
-                let (a, b) = (i as usize, i as usize + 1);
-                let length = strands.positions()[a].distance(strands.positions()[b]);
-                sum += f64::from(0.5 * length * (strands.diameters()[a] + strands.diameters()[b]));
-                area_before.push(sum);
-                segments.push([i, strand as u32]);
-            }
+        for i in segments.iter().map(|i| *i as usize) {
+            let length = strands.positions()[i].distance(strands.positions()[i + 1]);
+            sum += f64::from(0.5 * length * (strands.diameters()[i] + strands.diameters()[i + 1]));
+            area_before.push(sum);
         }
         Self {
             strands,
             params: Vec::new(),
             solid,
-            area_before,
+            bounds: [low - widest, high + widest],
             segments,
+            area_before,
             grid: OnceLock::new(),
         }
     }
@@ -117,7 +124,7 @@ impl Hair {
 
     /// A dark field of these strands.
     pub fn field(&self, cell: f32) -> LightField {
-        LightField::new(&self.lines(), cell)
+        LightField::new(&lines(&self.strands), cell)
     }
 
     /// Sends photons on from number `done.photons` until there were `rays` rays in all; the same numbers give the same field, whoever
@@ -135,14 +142,13 @@ impl Hair {
         stop: &dyn Fn() -> bool,
     ) -> Result<(), Interrupted> {
         let sources = Sources::new(lights);
-        let area = self.area_before.last().copied().unwrap_or(0.0);
         if sources.power_before.last().is_none_or(|power| *power <= 0.0)
-            || area <= 0.0
             || self.params.is_empty()
+            || self.segments.is_empty()
         {
             return Ok(());
         }
-        let grid = self.grid.get_or_init(|| SegmentGrid::new(&self.lines()));
+        let grid = self.grid.get_or_init(|| SegmentGrid::new(&lines(&self.strands)));
         while done.rays < rays {
             if stop() {
                 return Err(Interrupted);
@@ -180,26 +186,70 @@ impl Hair {
         meetings: &mut Vec<Meeting>,
     ) -> u64 {
         let mut random = Pcg64Mcg::seed_from_u64(number);
-        // Fibre and light from an even sequence (R2 of Roberts): photons that follow each other share neither.
-        let [along, among] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3]
-            .map(|step: f64| (0.5 + step * number as f64).fract());
+        // Light and line from an even sequence (R3 of Roberts): photons that follow each other share neither. By turns lines are spread evenly
+        // over the box and over the fibres: hair that fills its box wants the one, thin hair the other.
+        let [among, across, along] = [
+            0.819_172_513_396_164_4,
+            0.671_043_606_703_789_2,
+            0.549_700_477_901_970_3,
+        ]
+        .map(|step: f64| (0.5 + step * (number / 2) as f64).fract());
         let (light, towards) = sources.draw(among, &mut random);
-        let Some(mut here) = self.start(along, towards) else {
-            return 0;
-        };
-        let mut rays = 1;
-        let cos_theta = (1.0 - here.sin_theta * here.sin_theta).max(0.0).sqrt();
-        if !grid.is_free(here.position, towards, Some(here.strand))
-            || self.is_blocked(here.position, towards, f32::INFINITY)
-        {
-            return rays;
+        let (mut entry, silhouette) = self.enter(across, along as f32, towards);
+        if number % 2 == 1 {
+            let [low, high] = self.bounds;
+            entry = self.on_fibre(across) + towards * low.distance(high);
         }
-        let area = self.area_before.last().copied().unwrap_or(0.0) as f32;
-        let mut power = light * (area * cos_theta);
+        let mut rays = 1;
+        let hits = grid.hits(entry, -towards, None);
+        let mut places: Vec<(Hit, Place)> = hits
+            .into_iter()
+            .map(|hit| (hit, self.place(entry - towards * hit.distance, towards, hit)))
+            .collect();
+        // Lines per area, both ways together: every fibre has been chosen by its own area.
+        let across_fibres = |place: &Place| {
+            f64::from(1.0 - place.sin_theta * place.sin_theta)
+                .sqrt()
+                .max(LEAST_ACROSS)
+        };
+        let area = self.area_before.last().copied().unwrap_or(0.0);
+        let through_fibres = places
+            .iter()
+            .map(|(_, place)| 1.0 / across_fibres(place))
+            .sum::<f64>()
+            / area;
+        let lines = 0.5 * (1.0 / f64::from(silhouette) + through_fibres);
+        let power = light * (1.0 / lines) as f32;
+
+        // Light reaches the fibres in front of those of other strands: no strand shades itself.
+        places.sort_by(|(a, _), (b, _)| a.distance.total_cmp(&b.distance));
+        let first = places.first().map(|(hit, _)| hit.strand);
+        for (_, here) in places
+            .into_iter()
+            .take_while(|(hit, _)| Some(hit.strand) == first)
+        {
+            if !self.is_blocked(here.position, towards, f32::INFINITY) {
+                rays += self.scatter_on(here, power, grid, rules, &mut random, meetings);
+            }
+        }
+        rays
+    }
+
+    /// Follows light of `power` that arrives at a fibre from the light.
+    fn scatter_on(
+        &self,
+        mut here: Place,
+        mut power: Vec3,
+        grid: &SegmentGrid,
+        rules: Rules,
+        random: &mut impl Rng,
+        meetings: &mut Vec<Meeting>,
+    ) -> u64 {
+        let mut rays = 0;
         let first = power.max_element();
         let mut has_turned = false;
         for _ in 0..MOST_FIBRES {
-            let Some(drawn) = self.scatter(&here, rules, &mut random) else {
+            let Some(drawn) = self.scatter(&here, rules, random) else {
                 return rays;
             };
             power *= Vec3::from_array(drawn.weight.map(|x| x as f32));
@@ -237,25 +287,39 @@ impl Hair {
         rays
     }
 
-    /// The fibre at the share `along` of all projected area, where light arrives from `towards`.
-    fn start(&self, along: f64, towards: Vec3) -> Option<Place> {
-        let area = along * self.area_before.last()?;
-        let index = self
-            .area_before
-            .partition_point(|before| *before <= area)
-            .checked_sub(1)?;
-        let [point, strand] = *self.segments.get(index)?;
+    /// Where a line towards the light enters the fibres' box, all such lines alike, and the area of the box's silhouette: each line crosses one of
+    /// the three faces that the light sees.
+    fn enter(&self, across: f64, along: f32, towards: Vec3) -> (Vec3, f32) {
+        let [low, high] = self.bounds;
+        let size = high - low;
+        let seen = towards.abs() * Vec3::new(size.y * size.z, size.z * size.x, size.x * size.y);
+        let silhouette = seen.element_sum();
+        let mut rest = across * f64::from(silhouette);
+        let mut axis = 2;
+        for face in 0..2 {
+            if rest < f64::from(seen[face]) {
+                axis = face;
+                break;
+            }
+            rest -= f64::from(seen[face]);
+        }
+        let across = (rest / f64::from(seen[axis].max(f32::MIN_POSITIVE))).min(1.0) as f32;
+        let mut share = Vec3::ZERO;
+        share[axis] = if towards[axis] > 0.0 { 1.0 } else { 0.0 };
+        share[(axis + 1) % 3] = across;
+        share[(axis + 2) % 3] = along;
+        (low + size * share, silhouette)
+    }
+
+    /// The place on a fibre's axis at the share `along` of the projected area of all fibres.
+    fn on_fibre(&self, along: f64) -> Vec3 {
+        let area = along * self.area_before.last().copied().unwrap_or(0.0);
+        let after = self.area_before.partition_point(|before| *before <= area);
+        let index = after.clamp(1, self.segments.len()) - 1;
         let (before, after) = (self.area_before[index], self.area_before[index + 1]);
-        let fraction = ((area - before) / (after - before)) as f32;
-        let i = point as usize;
-        let position = self.strands.positions()[i].lerp(self.strands.positions()[i + 1], fraction);
-        let hit = Hit {
-            distance: 0.0,
-            point,
-            fraction,
-            strand,
-        };
-        Some(self.place(position, towards, hit))
+        let fraction = ((area - before) / (after - before).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0) as f32;
+        let i = self.segments[index] as usize;
+        self.strands.positions()[i].lerp(self.strands.positions()[i + 1], fraction)
     }
 
     fn place(&self, position: Vec3, towards: Vec3, hit: Hit) -> Place {
@@ -293,13 +357,13 @@ impl Hair {
             .as_ref()
             .is_some_and(|solid| solid.blocks(origin, direction, distance))
     }
+}
 
-    fn lines(&self) -> Strands<'_> {
-        Strands {
-            positions: self.strands.positions(),
-            diameters: self.strands.diameters(),
-            first_point: self.strands.first_point(),
-        }
+fn lines(strands: &RefinedGroom) -> Strands<'_> {
+    Strands {
+        positions: strands.positions(),
+        diameters: strands.diameters(),
+        first_point: strands.first_point(),
     }
 }
 

@@ -35,7 +35,8 @@ impl Renderer {
             (
                 Input::Quality,
                 (new.shade.method.quality as u32) > old.shade.method.quality as u32
-                    || old.visibility_rays != new.visibility_rays,
+                    || old.visibility_rays != new.visibility_rays
+                    || (new.shade.is_traced() && self.scattered.is_coarse_for(new)),
             ),
             (
                 Input::Parameters,
