@@ -5,7 +5,7 @@ use balayage_render::groom::{DEFAULT_MAX_TURN_RAD, RefinedGroom};
 use balayage_render::light::SrbfLight;
 use balayage_render::optics::{self, Direction, Fibre, single_scattering};
 use balayage_render::param::VertexParams;
-use balayage_render::photon::{DIRECTIONS, Hair, LightField, Rules, Traced, part_direction};
+use balayage_render::photon::{DIRECTIONS, Hair, LightField, Packed, Rules, Traced, part_direction};
 use balayage_render::volume::{DensityVolume, Occluder, SolidVoxels, Strands, VolumeSettings};
 use glam::{IVec3, Vec3};
 
@@ -57,7 +57,7 @@ fn mean((field, photons): &(LightField, f64)) -> Vec3 {
 fn a_field_is_the_same_with_any_number_of_threads_in_one_go_or_several() {
     let hair = hair(&plain(&curtain()), None);
     let whole = traced(&hair, &lights(), ALL, &[60_000]);
-    let entries = |(field, photons): &(LightField, f64)| field.packed(*photons).3;
+    let entries = |(field, photons): &(LightField, f64)| field.packed(*photons).radiance;
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let by_one = alone.install(|| traced(&hair, &lights(), ALL, &[60_000]));
     let in_parts = traced(&hair, &lights(), ALL, &[5_000, 30_000, 60_000]);
@@ -221,7 +221,12 @@ fn read_off(
     fibre: &Fibre,
 ) -> f64 {
     const WIDTH: f64 = 0.1809; // sqrt(2) times the standard deviation of a part's directions
-    let (grid, numbers, fibres, radiance) = field.packed(photons);
+    let Packed {
+        grid,
+        numbers,
+        fibres,
+        radiance,
+    } = field.packed(photons);
     let cells = |asked: Vec3| {
         let (low, inside) = ((asked - 0.5).floor(), (asked - 0.5) - (asked - 0.5).floor());
         let mut around = Vec::new();

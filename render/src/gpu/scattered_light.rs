@@ -133,12 +133,12 @@ impl ScatteredLight {
         let is_whole = hair.trace(&self.lights, rules, wanted, &mut self.done, field, &stop);
         is_whole.map_err(|_| GpuError::Interrupted)?;
         self.satisfied = self.satisfied.max(wanted);
-        let (grid, numbers, fibres, radiance) = field.packed(self.done.photons as f64);
+        let packed = field.packed(self.done.photons as f64);
         self.buffers = Some(FieldBuffers {
-            grid: gpu.storage_of("light field", &[grid])?,
-            numbers: gpu.storage_of("cells of the light field", numbers)?,
-            fibres: gpu.storage_of("fibres of the light field", &fibres)?,
-            radiance: gpu.storage_of("radiance of the light field", &radiance)?,
+            grid: gpu.storage_of("light field", &[packed.grid])?,
+            numbers: gpu.storage_of("cells of the light field", packed.numbers)?,
+            fibres: gpu.storage_of("fibres of the light field", &packed.fibres)?,
+            radiance: gpu.storage_of("radiance of the light field", &packed.radiance)?,
         });
         Ok(Some(self.done.rays - before))
     }

@@ -50,7 +50,7 @@ pub struct LightBatch {
     pub lights: Range<u32>,
     /// [`VISIBILITY_BYTES`] per record.
     pub visibility: wgpu::Buffer,
-    /// [`PATH_BYTES`] per record.
+    /// [`PATH_BYTES`] per record, or one record where they are not wanted.
     pub path: wgpu::Buffer,
 }
 
@@ -354,6 +354,15 @@ impl Transmittance {
         let light_count = lights.frames.len() as u32;
         if self.batches.last().map_or(0, |batch| batch.lights.end) != light_count {
             self.batches = allocate_batches(gpu, volume.point_count, light_count)?;
+        }
+        if self.sums_ways {
+            for batch in &mut self.batches {
+                let bytes = PATH_BYTES * batch.lights.len() as u64 * u64::from(volume.point_count);
+                if batch.path.size() < bytes {
+                    batch.path = gpu.storage("path records", bytes)?;
+                    volume.path_work.forget_all(gpu);
+                }
+            }
         }
         // Harmonics hold all lights at once.
         if self.stale.lights || (self.harmonics.is_some() && !self.moved.is_empty()) {

@@ -185,7 +185,7 @@ mod tests {
         for (theta_o, centre, sigma_a) in [
             (0.2, at(-0.3, 2.8), [0.1, 0.3, 0.8]),
             (-0.9, at(0.8, 0.4), [0.02, 0.1, 0.2]),
-            (1.3, at(-1.2, 1.5), [0.0; 3]),
+            (1.1, at(-1.0, 1.5), [0.0; 3]),
         ] {
             let fibre = Fibre { sigma_a, ..brown() };
             let mut random = Pcg64Mcg::seed_from_u64(3);

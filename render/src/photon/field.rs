@@ -26,7 +26,7 @@ const LEAST_MET: f32 = 0.01;
 /// Placement and scale of a field, same layout as `LightFieldGrid` in `shaders/lib/light_field.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Lookup {
+pub struct FieldGrid {
     /// Lower corner, groom's unit.
     pub low: Vec3,
     /// Edge of a cell, groom's unit.
@@ -35,6 +35,18 @@ pub struct Lookup {
     pub cells: IVec3,
     /// Factor on the stored values.
     pub scale: f32,
+}
+
+/// A field as the shaders read it.
+pub struct Packed<'a> {
+    /// Placement and scale.
+    pub grid: FieldGrid,
+    /// Number of every cell among those with fibres, x fastest, or `u32::MAX`.
+    pub numbers: &'a [u32],
+    /// Mean place (in cells from the lower corner) and area (mean 1) of every such cell's fibres.
+    pub fibres: Vec<[f32; 4]>,
+    /// [`DIRECTIONS`] a cell: radiance times solid angle, rgb as half floats in units of the scale.
+    pub radiance: Vec<[u32; 2]>,
 }
 
 /// Power that meets the fibres of every cell, by direction.
@@ -138,9 +150,8 @@ impl LightField {
         sum / (area * photons as f32).max(f32::MIN_POSITIVE)
     }
 
-    /// What the shaders look up, `photons` the number traced: placement, cell numbers, mean place (in cells) and area (mean 1) of the fibres, and
-    /// per cell and direction radiance times solid angle, rgb as half floats in units of the scale.
-    pub fn packed(&self, photons: f64) -> (Lookup, &[u32], Vec<[f32; 4]>, Vec<[u32; 2]>) {
+    /// What the shaders look up after so many `photons`.
+    pub fn packed(&self, photons: f64) -> Packed<'_> {
         let largest = self.sums.iter().map(|sum| sum.max_element()).fold(0.0, f32::max);
         let scale = if largest > 0.0 { LARGEST / largest } else { 1.0 };
         let half = |x: f32| u32::from(f16::from_f32(x * scale).to_bits());
@@ -155,13 +166,18 @@ impl LightField {
             let place = place / area.max(f32::MIN_POSITIVE);
             place.extend(area / mean.max(f32::MIN_POSITIVE)).to_array()
         });
-        let lookup = Lookup {
+        let grid = FieldGrid {
             low: self.low,
             cell: self.cell,
             cells: self.cells,
             scale: (1.0 / (f64::from(scale) * photons.max(1.0))) as f32,
         };
-        (lookup, &self.numbers, fibres.collect(), sums)
+        Packed {
+            grid,
+            numbers: &self.numbers,
+            fibres: fibres.collect(),
+            radiance: sums,
+        }
     }
 
     fn index(&self, cell: IVec3) -> usize {

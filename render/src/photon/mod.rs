@@ -10,5 +10,5 @@
 mod field;
 mod flight;
 
-pub use field::{DIRECTIONS, LightField, Lookup, part_direction};
+pub use field::{DIRECTIONS, FieldGrid, LightField, Packed, part_direction};
 pub use flight::{Hair, Interrupted, Rules, Traced};

@@ -131,7 +131,7 @@ pub(super) fn allocate_batches(
             Ok(LightBatch {
                 lights,
                 visibility: gpu.storage("visibility records", VISIBILITY_BYTES * records)?,
-                path: gpu.storage("path records", PATH_BYTES * records)?,
+                path: gpu.storage("path records", PATH_BYTES)?,
             })
         })
         .collect()

@@ -12,18 +12,20 @@ use crate::cli::CliError;
 const MOVING_SHARE: f32 = 0.25;
 
 /// Passes and counters of the tables, with their units.
-const PASSES: [&str; 5] = [
+const PASSES: [&str; 6] = [
     "transmittance",
+    "scattered light",
     "head shading",
     "strand shading",
     "strand drawing",
     "view",
 ];
-const WORK: [&str; 9] = [
+const WORK: [&str; 10] = [
     "parameter bytes uploaded",
     "voxels painted",
     "visibility rays",
     "path rays",
+    "photon rays",
     "vertices shaded",
     "single scattering evaluations",
     "multiple scattering evaluations",
