@@ -167,7 +167,7 @@ fn shells_of_ball(
     let all = shells.concat();
     // Photons in a white ball meet some hundred fibres each: of the first frame's few reach the middle.
     let mut settings = RenderSettings {
-        visibility_rays: 32,
+        visibility_rays: 16,
         ..RenderSettings::default()
     };
     settings.shade.method.model = model;

@@ -5,10 +5,8 @@ use super::*;
 #[test]
 fn savings_change_the_picture_by_less_than_they_say() {
     let gpu = Gpu::headless().unwrap();
-    let with = |savings| RenderSettings {
-        savings,
-        ..RenderSettings::default()
-    };
+    // No saving changes what photons do.
+    let with = |savings| RenderSettings { savings, ..summed() };
     let mut largest = 0_f64;
     let mut scene = Scene::new(&gpu, wavy(0.0), &LightSet::default());
     let environments: Vec<_> = PRESETS.into_iter().filter(|name| *name != "uniform").collect();

