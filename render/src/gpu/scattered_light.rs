@@ -25,6 +25,8 @@ const RAYS_REFINED: u64 = 1 << 15;
 #[derive(Default)]
 pub(super) struct ScatteredLight {
     hair: Option<Hair>,
+    /// Edge of the field's cells, groom's unit.
+    cell: f32,
     field: Option<LightField>,
     lights: Vec<SrbfLight>,
     rules: Option<Rules>,
@@ -57,9 +59,9 @@ pub(super) struct FieldBuffers {
 impl ScatteredLight {
     /// Takes the refined strands and what stands in the light's way; parameters and lights have to follow.
     pub(super) fn set_strands(&mut self, strands: RefinedGroom, solid: Option<SolidVoxels>, voxel_size: f32) {
-        let hair = Hair::new(strands, solid);
-        self.field = Some(hair.field(CELL_VOXELS * voxel_size));
-        self.hair = Some(hair);
+        self.hair = Some(Hair::new(strands, solid));
+        self.cell = CELL_VOXELS * voxel_size;
+        self.field = None;
         self.buffers = None;
         self.stale.light = true;
     }
@@ -106,9 +108,10 @@ impl ScatteredLight {
         settings: &RenderSettings,
         interrupt: Option<&AtomicBool>,
     ) -> Result<Option<u64>, GpuError> {
-        let (Some(hair), Some(field)) = (&self.hair, &mut self.field) else {
+        let Some(hair) = &self.hair else {
             return Ok(None);
         };
+        let field = self.field.get_or_insert_with(|| hair.field(self.cell));
         let (shade, interactive) = (&settings.shade, settings.interactive);
         let rules = Rules {
             is_deon: shade.method.model == Model::Deon,

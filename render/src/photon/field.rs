@@ -117,11 +117,6 @@ impl LightField {
             .resize(self.area.len() * DIRECTIONS as usize, Vec3::ZERO);
     }
 
-    /// Number of cells with fibres.
-    pub fn cell_count(&self) -> usize {
-        self.area.len()
-    }
-
     /// A photon of `power` (rgb; radiance times solid angle times area) from the unit vector `towards` has met a fibre at `position`.
     pub fn meet(&mut self, position: Vec3, towards: Vec3, power: Vec3) {
         let cell = ((position - self.low) / self.cell).floor().as_ivec3();
