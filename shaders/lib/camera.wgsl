@@ -20,3 +20,10 @@ fn pixel_from_view(camera: CameraUniform, p: vec3f) -> vec3f {
     let slope = camera.focal_px / depth;
     return vec3f(camera.centre_px.x + p.x * slope, camera.centre_px.y - p.y * slope, depth);
 }
+
+// Width in pixels at depth 1 of a fibre of diameter 1 from a to b (view space): its outlines lie half a diameter beside the axis, normal to the
+// plane through axis and eye. The farther from the optical axis, the wider it is in the picture than seen head-on.
+fn outline_width(camera: CameraUniform, a: vec3f, b: vec3f) -> f32 {
+    let normal = cross(b - a, a);
+    return camera.width_factor * camera.focal_px * length(normal) / max(length(normal.xy), 1e-30);
+}

@@ -38,8 +38,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> Corner {
     let pb = pixel_from_view(camera, b);
     let along = normalize(pb.xy - pa.xy + vec2f(1e-9, 0.0));
     let here = select(pa, pb, end == 1u);
-    let distance = length(select(a, b, end == 1u));
-    let width = vertices[first + end].diameter * camera.width_factor * camera.focal_px / distance;
+    let width = vertices[first + end].diameter * outline_width(camera, a, b) / here.z;
     let drawn = max(width, 1.0);
     let side = select(-0.5, 0.5, ((SIDES >> corner) & 1u) == 1u);
     let pixel = here.xy + side * drawn * vec2f(-along.y, along.x);

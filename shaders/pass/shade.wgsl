@@ -5,6 +5,7 @@
 //!use lib/light.wgsl
 //!use lib/single.wgsl
 //!use lib/lobe_light.wgsl
+//!use lib/hot_spot.wgsl
 //!use lib/work_list.wgsl
 //!use lib/quality.wgsl
 
@@ -18,6 +19,7 @@
 @group(0) @binding(7) var<storage, read_write> scattered_once: array<vec4f>;
 @group(0) @binding(8) var<storage, read> work: WorkList;
 @group(0) @binding(9) var<storage, read_write> evaluated: array<atomic<u32>, 4>;   // lights, and of these of elliptic fibres
+@group(0) @binding(10) var<storage, read> neighbours: array<u32>;                  // 2 x f16 a groom point
 
 // Whether lights of which next to nothing arrives are left out.
 override skips_hidden: bool = true;
@@ -34,8 +36,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 
     let fibre = fibre_from_params(mixed_params(params[point], params[next], fraction));
     let local_from_world = fibre_from_world(vertex);
-    let view_angles = angles(local_from_world * normalize(shade.camera_position - vertex.position));
+    let eye = local_from_world * normalize(shade.camera_position - vertex.position);
+    let view_angles = angles(eye);
     let view = prepare_view(fibre, view_angles.x, view_angles.y);
+
+    let around = mix(unpack2x16float(neighbours[point]), unpack2x16float(neighbours[next]), fraction);
 
     let uniform_light = any(shade.constant > vec3f(0.0));
     var out = vec3f(0.0);
@@ -61,16 +66,15 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         let at = angles(light_local);
         let lobes = single_scattering(view, at.x, at.y, light.bandwidth);
 
-        // Visibility varies inside the light: it is asked for where each lobe gets its light from.
+        // Visibility varies inside the light: it is asked for where each lobe gets its light from. It is that of places that the eye sees.
         var seen_by = vec3f(seen_at.x);
         if frames[number].visibility_count > 1u {
             let slope = local_from_world * seen_at.yzw;
-            let mean = frames[number].mean_cosine * light_local;
-            let asked = lobe_mean_directions(view, at.x, at.y, light.bandwidth);
-            for (var lobe = 0u; lobe < 3u; lobe++) {
-                seen_by[lobe] = saturate(seen_at.x + dot(slope, asked[lobe] - mean));
-            }
+            let middle = frames[number].mean_cosine * light_local;
+            seen_by = lobe_means(view, at.x, at.y, light.bandwidth, seen_at.x - dot(slope, middle), slope);
         }
+        let variance = min(0.5 * light.bandwidth * light.bandwidth, 1.0);
+        seen_by = min(seen_by * exp(common_depth(around, eye, light_local, variance)), vec3f(1.0));
         let r = lobes.r * seen_by.x;
         let tt = lobes.tt * seen_by.y;
         let trt = lobes.trt * seen_by.z;

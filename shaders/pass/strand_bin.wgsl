@@ -40,8 +40,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 
     let pa = pixel_from_view(camera, a);
     let pb = pixel_from_view(camera, b);
-    let width_a = vertices[first].diameter * camera.width_factor * camera.focal_px / length(a);
-    let width_b = vertices[first + 1u].diameter * camera.width_factor * camera.focal_px / length(b);
+    let width = outline_width(camera, a, b);
+    let width_a = vertices[first].diameter * width / pa.z;
+    let width_b = vertices[first + 1u].diameter * width / pb.z;
     let delta = pb.xy - pa.xy;
     let extent = length(delta);
     // A segment seen end on has no direction in the picture: its disc's area is below what its neighbours show.

@@ -1,5 +1,5 @@
 // Visibility of one light at every listed point, refined: T(w) = a + b . (w - A w_j) fitted to exact rays, which another strand stops or
-// not, joined with the record of the march through the voxels. Depends on geometry and lights only.
+// not, joined with the record of the march through the voxels; a part of the rays at a time. Depends on geometry and lights only.
 //!use lib/volume.wgsl
 //!use lib/light_run.wgsl
 //!use lib/work_list.wgsl
@@ -30,7 +30,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 
     var a = 0.0;
     var b = vec3f(0.0);
-    for (var k = 0u; k < light.visibility_count; k++) {
+    for (var k = run.first_ray; k < run.end_ray; k++) {
         let direction = directions[light.first_visibility + k];
         if is_free(start, world_from_lobe(light, direction.local, turn), point_ends[point] >> 2u) {
             a += direction.weight_a;
@@ -39,8 +39,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     // The march saw less noise and less truth: it counts like a few rays.
     let record = run.first_record + point;
-    let marched = vec4f(unpack2x16float(visibility[record].x), unpack2x16float(visibility[record].y));
-    let seen = mix(vec4f(a, world_from_lobe(light, b, turn)), marched, run.prior);
+    let there = vec4f(unpack2x16float(visibility[record].x), unpack2x16float(visibility[record].y));
+    let before = select(1.0, run.prior, run.first_ray == 0u) * there;
+    let seen = before + (1.0 - run.prior) * vec4f(a, world_from_lobe(light, b, turn));
     visibility[record] = vec2u(pack2x16float(seen.xy), pack2x16float(seen.zw));
 }
 

@@ -6,7 +6,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::{CALLS, Parity, between, hold, log_between};
 
-fn direction(theta: f64, phi: f64) -> DVec3 {
+pub(super) fn direction(theta: f64, phi: f64) -> DVec3 {
     DVec3::new(theta.sin(), theta.cos() * phi.cos(), theta.cos() * phi.sin())
 }
 
@@ -245,6 +245,78 @@ pub const PARITIES: &[Parity] = &[
             ]
         },
         reference: |x| vec![x[1] + x[0] * x[3] / x[5], x[2] - x[0] * x[4] / x[5], x[5]],
+    },
+    Parity {
+        covers: &["outline_width"],
+        file: "lib/camera.wgsl",
+        call: "
+            var c: CameraUniform;
+            c.focal_px = x[0];
+            c.width_factor = x[7];
+            y.x = outline_width(c, vec3f(x[1], x[2], -x[3]), vec3f(x[1] + x[4], x[2] + x[5], -x[3] + x[6]));",
+        domain: "fields of view up to 90 degrees, segments in many directions; the reference projects points of both outlines",
+        tolerance: 1e-4,
+        reason: "a short segment is a difference of two places",
+        calls: CALLS,
+        draw: |r| {
+            let depth = log_between(r, 1.0, 10.0);
+            let (theta, phi) = (between(r, -1.2, 1.2), between(r, -PI, PI));
+            let step = log_between(r, 0.01, 0.5) * direction(theta, phi);
+            vec![
+                log_between(r, 100.0, 4e3),
+                depth * between(r, -1.0, 1.0),
+                depth * between(r, -1.0, 1.0),
+                depth,
+                step.y,
+                step.x,
+                0.3 * step.z,
+                log_between(r, 1.0, 64.0),
+            ]
+        },
+        reference: |x| {
+            let (a, b) = (DVec3::new(x[1], x[2], -x[3]), DVec3::new(x[1] + x[4], x[2] + x[5], -x[3] + x[6]));
+            let pixel = |p: DVec3| DVec2::new(p.x, -p.y) * (x[0] / -p.z);
+            let tiny = 1e-5 * x[3];
+            let beside = a.cross(b).normalize() * (0.5 * tiny);
+            let line = (pixel(b) - pixel(a)).normalize();
+            let width = (pixel(a + beside) - pixel(a - beside)).perp_dot(line).abs();
+            vec![x[7] * width / tiny * x[3]]
+        },
+    },
+    Parity {
+        covers: &["common_depth"],
+        file: "lib/hot_spot.wgsl",
+        call: "
+            let eye = vec3f(sin(x[0]), cos(x[0]) * cos(x[1]), cos(x[0]) * sin(x[1]));
+            let light = vec3f(sin(x[2]), cos(x[2]) * cos(x[3]), cos(x[2]) * sin(x[3]));
+            y.x = common_depth(vec2f(x[4], 0.0), eye, light, 0.0);",
+        domain: "parallel fibres, azimuths 0.3 to 2.9 apart; the reference counts the places from which a fibre hides both ways",
+        tolerance: 0.01,
+        reason: "the places are counted on a grid",
+        calls: 256,
+        draw: |r| {
+            let phi = between(r, -PI, PI);
+            vec![
+                between(r, -1.2, 1.2),
+                phi,
+                between(r, -1.2, 1.2),
+                phi + between(r, 0.3, 2.9),
+                between(r, 0.001, 0.1),
+            ]
+        },
+        reference: |x| {
+            // In the plane across fibres of radius 1 there are 4 filled / diameter^2 = `filled` axes per area.
+            let (eye, light) = (DVec2::from_angle(x[1]), DVec2::from_angle(x[3]));
+            let hides = |p: DVec2, way: DVec2| p.dot(way) > 0.0 && p.perp_dot(way).abs() < 1.0;
+            let (reach, steps) = (8.0, 800);
+            let cell = 2.0 * reach / f64::from(steps);
+            let place = |i: i32| (f64::from(i) + 0.5) * cell - reach;
+            let count = (0..steps * steps)
+                .map(|i| DVec2::new(place(i % steps), place(i / steps)))
+                .filter(|p| hides(*p, eye) && hides(*p, light))
+                .count();
+            vec![x[4] * cell * cell * count as f64]
+        },
     },
     Parity {
         covers: &["world_from_lobe"],

@@ -306,8 +306,9 @@ impl ShadePass {
         let buffers = (
             inputs.transmittance.light_buffer(),
             inputs.transmittance.direction_buffer(),
+            inputs.transmittance.neighbours(),
         );
-        let (Some(frames), Some(directions)) = buffers else {
+        let (Some(frames), Some(directions), Some(neighbours)) = buffers else {
             return Ok(report);
         };
         if lights.is_empty() || vertices.max(points) == 0 {
@@ -369,6 +370,7 @@ impl ShadePass {
                     (7, &strands.single),
                     (8, &strands.single_work.items),
                     (9, &evaluated),
+                    (10, neighbours),
                 ];
                 let bound = kernels.single.bind(gpu, &[&common[..], &own].concat());
                 kernels.single.run(gpu, &bound, vertices);

@@ -499,6 +499,11 @@ impl Transmittance {
             .map(|volume| [&volume.grid, &volume.bricks, &volume.density])
     }
 
+    /// What surrounds every point ([`crate::volume::Neighbours`]).
+    pub fn neighbours(&self) -> Option<&wgpu::Buffer> {
+        self.volume.as_ref().map(|volume| &volume.neighbours)
+    }
+
     fn run_averages(&self, gpu: &Gpu, fibre: &MeanFibre) {
         let fibre = gpu.uniform_of("mean fibre", fibre);
         let pass = &self.averages_pass.1;

@@ -1,6 +1,6 @@
 //! True coverage of a picture's pixels: areas of clipped polygons in f64, independent of any rasterizer.
 
-use glam::{DMat4, DVec2, Mat4};
+use glam::{DMat4, DVec2, DVec3, Mat4};
 use rayon::prelude::*;
 
 use crate::gpu::camera::CameraUniform;
@@ -54,7 +54,7 @@ pub fn true_alpha(camera: &CameraUniform, strands: &Strands<'_>) -> Vec<f32> {
     alpha
 }
 
-/// Corners of the segment that begins at `point`, pixels.
+/// Corners of the segment that begins at `point`, pixels: its outlines, half a diameter beside the axis across the plane through the eye.
 fn strip(camera: &CameraUniform, strands: &Strands<'_>, point: usize) -> Option<[DVec2; 4]> {
     let view_from_world: DMat4 = Mat4::from_cols_array_2d(&camera.view_from_world).as_dmat4();
     let [a, b] =
@@ -64,13 +64,11 @@ fn strip(camera: &CameraUniform, strands: &Strands<'_>, point: usize) -> Option<
     }
     let focal = f64::from(camera.focal_px);
     let centre = DVec2::from(camera.centre_px.map(f64::from));
-    let [pa, pb] = [a, b].map(|p| centre + DVec2::new(p.x, -p.y) * (focal / -p.z));
-    let across = (pb - pa).try_normalize()?.perp();
-    let half = |p: glam::DVec3, point: usize| {
-        0.5 * f64::from(strands.diameters[point] * camera.width_factor) * focal / p.length()
-    };
-    let (half_a, half_b) = (half(a, point) * across, half(b, point + 1) * across);
-    Some([pa - half_a, pb - half_b, pb + half_b, pa + half_a])
+    let pixel = |p: DVec3| centre + DVec2::new(p.x, -p.y) * (focal / -p.z);
+    let across = a.cross(b).try_normalize()?;
+    let half = |point: usize| 0.5 * f64::from(strands.diameters[point] * camera.width_factor) * across;
+    let (half_a, half_b) = (half(point), half(point + 1));
+    Some([a - half_a, b - half_b, b + half_b, a + half_a].map(pixel))
 }
 
 /// Tells `add` of each pixel in `rows` that the polygon covers and how much of it.

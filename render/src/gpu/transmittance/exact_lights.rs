@@ -8,8 +8,8 @@ use crate::volume::lobe::exact_tables;
 pub(super) struct ExactLights {
     pub(super) rays: u32,
     pub(super) total_rays: u64,
-    /// Weight of the marched record, per light.
-    pub(super) prior: Vec<f32>,
+    /// Rays to each light, and the weight of the marched record beside them.
+    pub(super) rays_and_prior: Vec<(u32, f32)>,
     pub(super) lights: wgpu::Buffer,
     pub(super) directions: wgpu::Buffer,
 }
@@ -33,9 +33,9 @@ impl ExactLights {
         let (frames, directions) = exact_tables(lights, rays);
         Ok(Self {
             rays,
-            prior: frames
+            rays_and_prior: frames
                 .iter()
-                .map(|frame| prior(rays, frame.visibility_count))
+                .map(|frame| (frame.visibility_count, prior(rays, frame.visibility_count)))
                 .collect(),
             total_rays: frames.iter().map(|frame| u64::from(frame.visibility_count)).sum(),
             lights: gpu.storage_of("lights of exact rays", &frames)?,

@@ -1,5 +1,7 @@
 //! Marches from points to lights and the records that they write.
 
+use std::ops::Range;
+
 use bytemuck::{Pod, Zeroable};
 
 use super::light_buffers::LightBuffers;
@@ -15,8 +17,14 @@ struct LightRun {
     light: u32,
     first_record: u32,
     prior: f32,
+    first_ray: u32,
+    end_ray: u32,
     is_again: u32,
 }
+
+/// Exact rays that one thread traces to a light: Mesa's software driver ends a thread's loops after 65,535 rounds in all, and a ray may cross a
+/// thousand voxels.
+const RAYS_PER_RUN: u32 = 32;
 
 /// Pairs of a light and a point that are marched in one submission, where the points of one light are not more.
 const MARCHED_AT_ONCE: u32 = 1 << 15;
@@ -38,22 +46,30 @@ impl Transmittance {
             Records::Exact(exact) => (&exact.lights, &exact.directions),
             _ => (&lights.lights, &lights.directions),
         };
+        let run = |batch: &LightBatch, light: u32| LightRun {
+            point_count: volume.point_count,
+            light,
+            first_record: (light - batch.lights.start) * volume.point_count,
+            prior: 0.0,
+            first_ray: 0,
+            end_ray: 0,
+            is_again: u32::from(matches!(records, Records::PathAgain(_))),
+        };
         for batch in self.batches.iter().filter(|_| listed_points > 0) {
             let numbered = numbered.iter().copied();
             let runs: Vec<LightRun> = numbered
                 .filter(|light| batch.lights.contains(light))
-                .map(|light| LightRun {
-                    point_count: volume.point_count,
-                    light,
-                    first_record: (light - batch.lights.start) * volume.point_count,
-                    prior: match records {
-                        Records::Exact(exact) => exact.prior[light as usize],
-                        _ => 0.0,
-                    },
-                    is_again: u32::from(matches!(records, Records::PathAgain(_))),
-                })
+                .map(|light| run(batch, light))
                 .collect();
-            for runs in runs.chunks(lights_at_once) {
+            // Runs of one light add up in one record: each waits for the one before.
+            let rounds = match records {
+                Records::Exact(exact) => (0..exact.rays)
+                    .step_by(RAYS_PER_RUN as usize)
+                    .map(|first| exact.runs(&runs, first..first + RAYS_PER_RUN))
+                    .collect(),
+                _ => vec![runs],
+            };
+            for runs in rounds.iter().flat_map(|runs| runs.chunks(lights_at_once)) {
                 let run_table = gpu.storage_of("light runs", runs)?;
                 let common = [
                     (0, &volume.grid),
@@ -101,6 +117,22 @@ impl Transmittance {
             }
         }
         Ok(())
+    }
+}
+
+impl ExactLights {
+    /// The runs that trace `rays` of their lights, as far as those have so many.
+    fn runs(&self, runs: &[LightRun], rays: Range<u32>) -> Vec<LightRun> {
+        let of_light = |run: &LightRun| {
+            let (count, prior) = self.rays_and_prior[run.light as usize];
+            (rays.start < count).then_some(LightRun {
+                prior,
+                first_ray: rays.start,
+                end_ray: rays.end.min(count),
+                ..*run
+            })
+        };
+        runs.iter().filter_map(of_light).collect()
     }
 }
 

@@ -6,7 +6,7 @@ use crate::gpu::sh9::VolumeParts;
 use crate::gpu::voxel_paint::SegmentVoxels;
 use crate::gpu::work_list::WorkList;
 use crate::gpu::{Gpu, GpuError};
-use crate::volume::{BRICK_VOXELS, DensityVolume, Grid, Strands};
+use crate::volume::{BRICK_VOXELS, DensityVolume, Grid, Neighbours, Strands};
 
 /// The volume on the GPU.
 pub(super) struct VolumeBuffers {
@@ -19,6 +19,8 @@ pub(super) struct VolumeBuffers {
     pub(super) behind: wgpu::Buffer,
     pub(super) points: wgpu::Buffer,
     pub(super) point_ends: wgpu::Buffer,
+    /// [`Neighbours`] of every point.
+    pub(super) neighbours: wgpu::Buffer,
     pub(super) every_point: wgpu::Buffer,
     pub(super) visibility_work: WorkList,
     pub(super) path_work: WorkList,
@@ -64,6 +66,7 @@ impl VolumeBuffers {
             behind: gpu.storage("voxel decay", paint_bytes)?,
             points: gpu.storage_of("points in grid space", &points)?,
             point_ends: gpu.storage_of("strand ends", &ends)?,
+            neighbours: gpu.storage_of("neighbours", &Neighbours::of(volume, strands))?,
             every_point: gpu.storage_of("every point", &vec![1_u32; points.len()])?,
             visibility_work: WorkList::new(gpu, "visibility to do", points.len() as u32)?,
             path_work: WorkList::new(gpu, "path sums to do", points.len() as u32)?,
