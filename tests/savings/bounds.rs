@@ -25,7 +25,9 @@ fn savings_change_the_picture_by_less_than_they_say() {
             point.sigma_a = sigma_a;
         }
         scene.renderer.set_params(&scene.params, &[]).unwrap();
-        for (name, lights) in &environments {
+        // All of them on the straight hair; on the others those that differ most.
+        let some = environments.iter().step_by(if turns == 0.0 { 1 } else { 3 });
+        for (name, lights) in some {
             scene.renderer.set_lights(lights);
             let reference = scene.picture(&with(Savings::NONE));
             let all = rmse(&scene.picture(&with(Savings::ALL)), &reference);
