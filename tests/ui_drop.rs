@@ -13,7 +13,7 @@ use balayage::{
 };
 use egui_kittest::{Harness, kittest::Queryable};
 
-use super::{document, editor, opening, project, settle};
+use super::{document, editor, opening, project};
 
 /// A file as the window's system hands it over.
 #[derive(Debug)]
@@ -101,7 +101,7 @@ fn dropped_grooms_and_projects_are_opened() {
     let folder = tempfile::tempdir().unwrap();
     let path = project(folder.path());
     let mut harness = opening(None, folder.path());
-    settle(&mut harness, 0);
+    drop_files(&mut harness, &[]);
     let sample = document(&harness).groom().strand_count();
     drop_files(&mut harness, &[&folder.path().join("curtain.hair")]);
     assert_eq!(document(&harness).groom().strand_count(), 300);

@@ -1,6 +1,10 @@
 //! Work counted after every kind of edit.
 
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
 use super::*;
+use balayage_render::gpu::GpuError;
 use balayage_render::gpu::stale::{Changes, Input, Product};
 use balayage_render::volume::lobe::{LobeLight, lobe_tables};
 
@@ -189,6 +193,14 @@ fn photons_fly_when_what_scatters_them_changes_and_the_hand_rests() {
         .unwrap();
     let report = scene.frame(&moving);
     assert!(report.counter("vertices shaded") > 0 && photons(&report) == 0);
+    // A stroke that begins before the new field is whole sees the old one.
+    scene
+        .renderer
+        .set_interrupt(Some(Arc::new(AtomicBool::new(true))));
+    let given_up = scene.renderer.render(&scene.camera, SIZE, &still);
+    assert!(matches!(given_up, Err(GpuError::Interrupted)));
+    scene.renderer.set_interrupt(None);
+    assert_eq!(photons(&scene.frame(&moving)), 0);
     assert!(whole.contains(&photons(&scene.frame(&still))));
     scene.renderer.set_lights(&set.rotated(0.1));
     let quick = photons(&scene.frame(&moving));

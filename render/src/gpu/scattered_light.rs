@@ -119,13 +119,17 @@ impl ScatteredLight {
             turned: shade.terms.has(Terms::U),
         };
         let may_lag = interactive && self.buffers.is_some();
-        if self.stale.light || self.rules != Some(rules) || (self.stale.paint && !may_lag) {
+        let is_other = self.stale.light || self.rules != Some(rules);
+        if is_other || (self.stale.paint && !may_lag) {
             field.forget();
             self.done = Traced::default();
             self.satisfied = 0;
             self.rules = Some(rules);
             self.stale = Stale::default();
-            self.buffers = None;
+            // The field of an earlier paint serves until the new one is whole: the next stroke may begin before.
+            if is_other {
+                self.buffers = None;
+            }
         }
         let wanted = wanted_rays(settings);
         let before = self.done.rays;
