@@ -73,8 +73,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             let middle = frames[number].mean_cosine * light_local;
             seen_by = lobe_means(view, at.x, at.y, light.bandwidth, seen_at.x - dot(slope, middle), slope);
         }
-        let variance = min(0.5 * light.bandwidth * light.bandwidth, 1.0);
-        seen_by = min(seen_by * exp(common_depth(around, eye, light_local, variance)), vec3f(1.0));
+        // In a uniform environment hair that is not in the way gives way to light not much brighter than itself.
+        if !uniform_light {
+            let variance = min(0.5 * light.bandwidth * light.bandwidth, 1.0);
+            seen_by = min(seen_by * exp(common_depth(around, eye, light_local, variance)), vec3f(1.0));
+        }
         let r = lobes.r * seen_by.x;
         let tt = lobes.tt * seen_by.y;
         let trt = lobes.trt * seen_by.z;

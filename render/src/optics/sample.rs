@@ -8,8 +8,12 @@ use super::azimuthal::CrossSection;
 use super::deon;
 use super::fibre::{Fibre, Lobe, Rgb};
 
-/// Least chance of every lobe, relative to what the likeliest sends.
+/// Least chance of every lobe, relative to what the likeliest sends, where chances are those of another inclination than what is sent.
 const LEAST_CHANCE: f64 = 0.02;
+
+/// The same where both are of one inclination: no more than rounding asks for. Weights with a mean of one have a product, over hundreds of
+/// fibres, that is all in rare photons.
+const LEAST_EXACT: f64 = 1e-9;
 
 /// Where light comes from, in the fibre frame with the viewer at azimuth 0, and what it counts.
 #[derive(Clone, Copy, Debug)]
@@ -33,7 +37,7 @@ pub fn sample_marschner(fibre: &Fibre, theta_o: f64, random: &mut impl Rng) -> O
         let section = CrossSection::new(fibre.eta, theta_o - fibre.alpha[lobe as usize]);
         section.attenuation(lobe.p(), gamma.abs(), &fibre.sigma_a)
     });
-    let (index, chance) = choose(&sent, random);
+    let (index, chance) = choose(&sent, LEAST_CHANCE, random);
     let lobe = Lobe::ALL[index];
 
     let theta = 2.0 * fibre.alpha[lobe as usize] - theta_o + 2.0 * fibre.beta[lobe as usize] * normal(random);
@@ -72,7 +76,7 @@ pub fn sample_deon(fibre: &Fibre, theta_o: f64, random: &mut impl Rng) -> Sample
         let ratio = of_next / of_last.max(f64::MIN_POSITIVE);
         *of_last /= 1.0 - ratio.min(1.0 - 1e-9);
     }
-    let (index, chance) = choose(&sent, random);
+    let (index, chance) = choose(&sent, LEAST_EXACT, random);
     let p = index as u32;
 
     let (alpha, v) = deon::tilt_and_variance(fibre, p);
@@ -94,10 +98,10 @@ pub fn sample_deon(fibre: &Fibre, theta_o: f64, random: &mut impl Rng) -> Sample
     }
 }
 
-/// One of several paths in proportion to the power that each sends, and its chance.
-fn choose<const N: usize>(sent: &[Rgb; N], random: &mut impl Rng) -> (usize, f64) {
+/// One of several paths in proportion to the power that each sends, and its chance; `least` of the likeliest's at least.
+fn choose<const N: usize>(sent: &[Rgb; N], least: f64, random: &mut impl Rng) -> (usize, f64) {
     let power = sent.map(|rgb| rgb.iter().sum::<f64>() / 3.0);
-    let least = LEAST_CHANCE * power.iter().copied().fold(1e-300, f64::max);
+    let least = least * power.iter().copied().fold(1e-300, f64::max);
     let chances = power.map(|a| a.max(least));
     let total: f64 = chances.iter().sum();
     let mut rest = random.random_range(0.0..total);
@@ -198,6 +202,11 @@ mod tests {
             let (mut lit, mut all) = (0.0, 0.0);
             for _ in 0..COUNT {
                 let s = sample_deon(&fibre, theta_o, &mut random);
+                assert!(
+                    sigma_a != [0.0; 3] || (s.weight[1] - 1.0).abs() < 1e-6,
+                    "{:?}: over many fibres weights multiply",
+                    s.weight
+                );
                 let cosine = centre.theta.sin() * s.theta.sin()
                     + centre.theta.cos() * s.theta.cos() * (centre.phi - s.phi).cos();
                 lit += s.weight[1] * (2.0 * (cosine - 1.0) / 0.64).exp();

@@ -4,6 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{IVec3, Mat3, Vec3};
 use half::f16;
 
+use super::pool::Pool;
 use crate::volume::{Strands, clip_segment};
 
 /// Parts of the sphere per side of the octahedral map.
@@ -66,6 +67,7 @@ pub struct LightField {
     middles: Vec<Vec3>,
     /// Radiance times solid angle of each part, summed over photons: [`DIRECTIONS`] a cell.
     sums: Vec<Vec3>,
+    pool: Pool,
 }
 
 impl LightField {
@@ -84,7 +86,9 @@ impl LightField {
             along: Vec::new(),
             middles: (0..DIRECTIONS).map(part_direction).collect(),
             sums: Vec::new(),
+            pool: Pool::new(Vec::new()),
         };
+        let mut places = Vec::new();
         let in_cells = |p: Vec3| (p - low) / cell;
         for i in (0..strands.strand_count()).flat_map(|strand| strands.segments(strand)) {
             let (a, b) = (strands.positions[i], strands.positions[i + 1]);
@@ -95,6 +99,7 @@ impl LightField {
                 let at = field.index(IVec3::from_array(voxel));
                 if field.numbers[at] == EMPTY {
                     field.numbers[at] = field.area.len() as u32;
+                    places.push(IVec3::from_array(voxel).clamp(IVec3::ZERO, cells - 1));
                     field.area.push(0.0);
                     field.places.push(Vec3::ZERO);
                     field.along.push(Mat3::ZERO);
@@ -106,6 +111,7 @@ impl LightField {
                 field.along[number] += Mat3::from_cols(t * t.x, t * t.y, t * t.z) * share;
             });
         }
+        field.pool = Pool::new(places);
         field.forget();
         field
     }
@@ -115,10 +121,11 @@ impl LightField {
         self.sums.clear();
         self.sums
             .resize(self.area.len() * DIRECTIONS as usize, Vec3::ZERO);
+        self.pool.forget();
     }
 
-    /// A photon of `power` (rgb; radiance times solid angle times area) from the unit vector `towards` has met a fibre at `position`.
-    pub fn meet(&mut self, position: Vec3, towards: Vec3, power: Vec3) {
+    /// Photon number `photon` of `power` (rgb; radiance times solid angle times area) from the unit vector `towards` has met a fibre at `position`.
+    pub fn meet(&mut self, photon: u64, position: Vec3, towards: Vec3, power: Vec3) {
         let cell = ((position - self.low) / self.cell).floor().as_ivec3();
         // Rounding may put a meeting beside the cells that the fibre was clipped to.
         let number = self.numbers[self.index(cell)] as usize;
@@ -133,6 +140,7 @@ impl LightField {
         let met = (area * across).sqrt();
         if met > 0.0 {
             self.sums[number * DIRECTIONS as usize + part] += power / met;
+            self.pool.meet(number, photon);
         }
     }
 
@@ -145,13 +153,13 @@ impl LightField {
         sum / (area * photons as f32).max(f32::MIN_POSITIVE)
     }
 
-    /// What the shaders look up after so many `photons`.
+    /// What the shaders look up after so many `photons`: cells that few of them met are joined with those around.
     pub fn packed(&self, photons: f64) -> Packed<'_> {
-        let largest = self.sums.iter().map(|sum| sum.max_element()).fold(0.0, f32::max);
+        let pooled = self.pool.pooled(&self.sums, &self.area);
+        let largest = pooled.iter().map(|sum| sum.max_element()).fold(0.0, f32::max);
         let scale = if largest > 0.0 { LARGEST / largest } else { 1.0 };
         let half = |x: f32| u32::from(f16::from_f32(x * scale).to_bits());
-        let sums = self
-            .sums
+        let sums = pooled
             .iter()
             .map(|s| [half(s.x) | half(s.y) << 16, half(s.z)])
             .collect();

@@ -19,6 +19,9 @@ use crate::volume::{Hit, SegmentGrid, SolidVoxels, Strands, lobe};
 const PER_TASK: u64 = 64;
 const TASKS: u64 = 32;
 
+/// Rays a photon that count: in white dense hair one takes hundreds, and few photons would be all there is.
+const MOST_RAYS_EACH: u64 = 8;
+
 /// Fibres that a photon meets at most: in white hair it leaves long before, by as many as the hair is deep.
 const MOST_FIBRES: u32 = 2048;
 
@@ -57,6 +60,7 @@ pub struct Interrupted;
 
 /// A meeting of a photon and a fibre.
 struct Meeting {
+    photon: u64,
     position: Vec3,
     towards: Vec3,
     power: Vec3,
@@ -127,7 +131,7 @@ impl Hair {
         LightField::new(&lines(&self.strands), cell)
     }
 
-    /// Sends photons on from number `done.photons` until there were `rays` rays in all; the same numbers give the same field, whoever
+    /// Sends photons on from number `done.photons` until there were `rays` rays in all, more where photons take many; the same numbers give the same field, whoever
     /// traces and with however many threads. `stop` is asked now and then.
     ///
     /// # Errors
@@ -149,7 +153,7 @@ impl Hair {
             return Ok(());
         }
         let grid = self.grid.get_or_init(|| SegmentGrid::new(&lines(&self.strands)));
-        while done.rays < rays {
+        while done.rays < rays || done.photons * MOST_RAYS_EACH < rays {
             if stop() {
                 return Err(Interrupted);
             }
@@ -167,7 +171,7 @@ impl Hair {
                 .collect();
             for (meetings, rays) in tasks {
                 for meeting in meetings {
-                    field.meet(meeting.position, meeting.towards, meeting.power);
+                    field.meet(meeting.photon, meeting.position, meeting.towards, meeting.power);
                 }
                 done.rays += rays;
             }
@@ -229,7 +233,11 @@ impl Hair {
             .take_while(|(hit, _)| Some(hit.strand) == first)
         {
             if !self.is_blocked(here.position, towards, f32::INFINITY) {
+                let met = meetings.len();
                 rays += self.scatter_on(here, power, grid, rules, &mut random, meetings);
+                meetings[met..]
+                    .iter_mut()
+                    .for_each(|meeting| meeting.photon = number);
             }
         }
         rays
@@ -278,6 +286,7 @@ impl Hair {
             here = self.place(here.position + direction * hit.distance, -direction, hit);
             if has_turned || rules.onward {
                 meetings.push(Meeting {
+                    photon: 0,
                     position: here.position,
                     towards: -direction,
                     power,

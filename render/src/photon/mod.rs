@@ -9,6 +9,7 @@
 
 mod field;
 mod flight;
+mod pool;
 
 pub use field::{DIRECTIONS, FieldGrid, LightField, Packed, part_direction};
 pub use flight::{Hair, Interrupted, Rules, Traced};
