@@ -493,7 +493,7 @@ pub const PARITIES: &[Parity] = &[
             let means = lobe_means(prepare_view(f, x[0], x[1]), x[2], 0.5, x[3], x[5], vec3f(x[6], x[7], x[8]));
             y.x = means[u32(x[4])];",
         domain: "narrow lights, lambda 0.01 to 0.03, inside the lobe: the value at the light's own centre",
-        tolerance: 0.06,
+        tolerance: 0.04,
         reason: "a lobe moves the mean by at most three bandwidths, and the clamp is a little rounder over a light than at its centre",
         calls: CALLS,
         draw: |r| {

@@ -25,7 +25,7 @@ fn savings_change_the_picture_by_less_than_they_say() {
             point.sigma_a = sigma_a;
         }
         scene.renderer.set_params(&scene.params, &[]).unwrap();
-        // All of them on the straight hair; on the others those that differ most.
+        // All of them on the straight hair, every third on the others.
         let some = environments.iter().step_by(if turns == 0.0 { 1 } else { 3 });
         for (name, lights) in some {
             scene.renderer.set_lights(lights);

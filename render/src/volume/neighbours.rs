@@ -3,7 +3,7 @@
 use half::f16;
 use rayon::prelude::*;
 
-use super::density::{EMPTY_BRICK, SOLID_BRICK};
+use super::density::{EMPTY_BRICK, SOLID_BRICK, SOLID_RHO};
 use super::{BRICK_VOXELS, DensityVolume, Strands};
 
 /// The fibres in the voxel of a point, its own strand left out; what `shaders/lib/hot_spot.wgsl` reads.
@@ -39,6 +39,10 @@ impl Neighbours {
         }
         let at = (slot * BRICK_VOXELS + address % BRICK_VOXELS) as usize;
         let area = f16::from_bits(volume.density[at][0] as u16).to_f32();
+        // Roots lie in voxels of the head, whose density is its mark.
+        if area >= SOLID_RHO {
+            return Self::default();
+        }
         let along = |p: usize| (strands.positions[p + 1] - strands.positions[p]).normalize_or_zero();
         let tangent = along(point.min(own.end - 1));
         let shares = volume.first_share[at] as usize..volume.first_share[at + 1] as usize;
@@ -58,5 +62,46 @@ impl Neighbours {
             filled: f16::from_f32(filled.min(1.0)),
             spread: f16::from_f32(spread.clamp(0.0, 1.0)),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::volume::{Occluder, VolumeSettings};
+
+    #[test]
+    fn the_other_strand_of_a_voxel_counts_and_a_head_does_not() {
+        let positions: Vec<Vec3> = [0.0, 0.01]
+            .iter()
+            .flat_map(|x| [-1.0_f32, 0.05, 1.0].map(|y| Vec3::new(*x, y, 0.0)))
+            .collect();
+        let strands = Strands {
+            positions: &positions,
+            diameters: &[0.002; 6],
+            first_point: &[0, 3, 6],
+        };
+        let settings = VolumeSettings {
+            voxel_size: Some(0.1),
+            ..VolumeSettings::default()
+        };
+        let of = |occluder: Option<&Occluder<'_>>| {
+            Neighbours::of(&DensityVolume::build(&strands, occluder, &settings), &strands)
+        };
+        // One straight fibre through the voxel: length times diameter squared over volume, a quarter of it.
+        let expected = 0.25 * 0.1 * 0.002_f32.powi(2) / 0.1_f32.powi(3);
+        let free = of(None)[1];
+        assert!((free.filled.to_f32() / expected - 1.0).abs() < 0.01, "{free:?}");
+        assert!(free.spread.to_f32() < 1e-3, "{free:?}");
+
+        let corners = [(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)];
+        let corners = corners.map(|(x, y, z)| 1.5 * Vec3::new(x as f32, y as f32, z as f32));
+        let head = Occluder {
+            positions: &corners,
+            triangles: &[[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]],
+        };
+        assert_eq!(of(Some(&head))[1], Neighbours::default());
     }
 }
