@@ -5,7 +5,7 @@ use balayage_render::groom::{DEFAULT_MAX_TURN_RAD, RefinedGroom};
 use balayage_render::light::SrbfLight;
 use balayage_render::optics::{self, Direction, Fibre, single_scattering};
 use balayage_render::param::VertexParams;
-use balayage_render::photon::{DIRECTIONS, Hair, LightField, Packed, Rules, Traced, part_direction};
+use balayage_render::photon::{DIRECTIONS, Hair, LightField, Packed, Rules, Traced, part_directions};
 use balayage_render::volume::{DensityVolume, Occluder, SolidVoxels, Strands, VolumeSettings};
 use glam::{IVec3, Vec3};
 
@@ -220,7 +220,7 @@ fn read_off(
     eye: Vec3,
     fibre: &Fibre,
 ) -> f64 {
-    const WIDTH: f64 = 0.1809; // sqrt(2) times the standard deviation of a part's directions
+    const WIDTH: f64 = 0.0904; // sqrt(2) times the standard deviation of the directions of a quarter of a part
     let Packed {
         grid,
         numbers,
@@ -279,10 +279,12 @@ fn read_off(
                         .to_f32()
                 })
                 .sum();
-            let lobe = optics::SrbfLight::new(angles(part_direction(part)), WIDTH).unwrap();
+            let scattered = part_directions(part).map(|direction| {
+                let lobe = optics::SrbfLight::new(angles(direction), WIDTH).unwrap();
+                single_scattering(fibre, angles(eye), &lobe, 1e-3).unwrap().sum()[0]
+            });
             let solid_angle = std::f64::consts::PI * WIDTH * WIDTH;
-            let scattered = single_scattering(fibre, angles(eye), &lobe, 1e-3).unwrap().sum()[0];
-            f64::from(light * grid.scale / area) * scattered / solid_angle
+            f64::from(light * grid.scale / area) * 0.25 * scattered.iter().sum::<f64>() / solid_angle
         })
         .sum()
 }

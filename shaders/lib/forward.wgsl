@@ -79,3 +79,10 @@ fn lobes_at(v: ForwardView, at: vec3f, light_variance: f32) -> vec3f {
     let cos2_d = 0.5 * (1.0 + cos(v.theta_o - theta_i) * exp(-0.5 * product));
     return normal * cos_i / max(cos2_d, vec3f(0.05));
 }
+
+// The integral of the lobes against light from one direction over all directions.
+fn lobe_integrals(v: ForwardView) -> vec3f {
+    let cos2_i = 0.5 * (1.0 + cos(2.0 * v.mean) * exp(-2.0 * v.variance));
+    let cos2_d = 0.5 * (1.0 + cos(v.theta_o - v.mean) * exp(-0.5 * v.variance));
+    return TWO_PI * cos2_i / max(cos2_d, vec3f(0.05));
+}

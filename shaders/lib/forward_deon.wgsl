@@ -99,6 +99,18 @@ fn lobes_at(v: ForwardView, at: vec3f, light_variance: f32) -> vec3f {
     return lobes;
 }
 
+// The integral of the cones over all directions.
+fn lobe_integrals(v: ForwardView) -> vec3f {
+    let step = sqrt(v.variance);
+    var sums = vec3f(0.0);
+    for (var t = 0u; t < 3u; t++) {
+        let low = -v.theta_r[t] - step[t];
+        let high = -v.theta_r[t] + step[t];
+        sums[t] = 0.5 * (cone_rest(v, t, low) * cos(low) + cone_rest(v, t, high) * cos(high));
+    }
+    return TWO_PI * sqrt(TWO_PI * v.variance) * sums;
+}
+
 // M_p over exp(-(theta_i + theta_r)^2 / (2 v)); nothing beyond the poles.
 fn cone_rest(v: ForwardView, t: u32, theta_i: f32) -> f32 {
     let variance = v.variance[t];

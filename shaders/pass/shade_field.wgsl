@@ -51,7 +51,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         around = beyond;
     }
 
-    var out = vec3f(0.0);
+    var by_lobe = array<vec3f, 3>();
+    var sums = vec3f(0.0);
     var part_count = 0u;
     for (var part = 0u; part < PARTS; part++) {
         var light = vec3f(0.0);
@@ -61,14 +62,22 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                 light += around.weights[corner] * vec3f(unpack2x16float(words.x), unpack2x16float(words.y).x);
             }
         }
-        if all(light == vec3f(0.0)) { continue; }
-        part_count++;
-        let source = local_from_world * part_direction(part);
-        let cos_x = dot(eye_across, normalize(source.yz + vec2f(1e-9, 0.0)));
-        let lobes = lobes_at(view, vec3f(asin(clamp(source.x, -1.0, 1.0))), PART_VARIANCE);
-        out += light * (lobes.x * window_at(view.series[0], cos_x) + lobes.y * window_at(view.series[1], cos_x)
-            + lobes.z * window_at(view.series[2], cos_x));
+        part_count += u32(any(light != vec3f(0.0)));
+        for (var quarter = 0u; quarter < PART_QUARTERS; quarter++) {
+            let source = local_from_world * part_direction(part, quarter);
+            let lobes = lobes_at(view, vec3f(asin(clamp(source.x, -1.0, 1.0))), PART_VARIANCE);
+            sums += lobes;
+            let cos_x = dot(eye_across, normalize(source.yz + vec2f(1e-9, 0.0)));
+            for (var lobe = 0u; lobe < 3u; lobe++) {
+                by_lobe[lobe] += light * lobes[lobe] * window_at(view.series[lobe], cos_x);
+            }
+        }
     }
+    // A lobe is not much wider than a part: how many parts' middles it holds depends on how the fibre lies to them. What it makes of light from
+    // everywhere does not.
+    let wanted = lobe_integrals(view) * f32(PARTS) / (4.0 * PI);
+    let evened = clamp(wanted / max(sums, vec3f(1e-6)), vec3f(0.5 / f32(PART_QUARTERS)), vec3f(2.0 / f32(PART_QUARTERS)));
+    var out = by_lobe[0] * evened.x + by_lobe[1] * evened.y + by_lobe[2] * evened.z;
     out *= field_grid.scale / max(around.area, 1e-30);
     // Cut-off series swing a little below zero. What is not finite stays so.
     let is_below = (out < vec3f(0.0)) & (out > vec3f(-1e30));

@@ -1,6 +1,6 @@
 //! Directions drawn from what a fibre scatters, for tracing paths: from the viewer to the light or from the light on.
 
-use std::f64::consts::{FRAC_PI_2, SQRT_2, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, SQRT_2, TAU};
 
 use rand::Rng;
 
@@ -14,6 +14,9 @@ const LEAST_CHANCE: f64 = 0.02;
 /// The same where both are of one inclination: no more than rounding asks for. Weights with a mean of one have a product, over hundreds of
 /// fibres, that is all in rare photons.
 const LEAST_EXACT: f64 = 1e-9;
+
+/// Ways out that [`sample_deon_onward`] chooses among.
+const WAYS: usize = 4;
 
 /// Where light comes from, in the fibre frame with the viewer at azimuth 0, and what it counts.
 #[derive(Clone, Copy, Debug)]
@@ -67,35 +70,89 @@ pub fn sample_marschner(fibre: &Fibre, theta_o: f64, random: &mut impl Rng) -> O
 pub fn sample_deon(fibre: &Fibre, theta_o: f64, random: &mut impl Rng) -> Sample {
     let gamma = random.random_range(-1.0_f64..1.0).asin();
     let section = CrossSection::new(fibre.eta, theta_o);
-    let last = deon::DRAWN_ORDERS;
-    let energy = |p: u32| section.attenuation(p, gamma.abs(), &fibre.sigma_a);
-    let mut sent: [Rgb; 5] = std::array::from_fn(|p| energy(p as u32));
-    // The last one stands for the geometric series from its order on.
-    let next = energy(last + 1);
-    for (of_last, of_next) in sent[last as usize].iter_mut().zip(next) {
-        let ratio = of_next / of_last.max(f64::MIN_POSITIVE);
-        *of_last /= 1.0 - ratio.min(1.0 - 1e-9);
-    }
+    let sent = deon_energies(|p| section.attenuation(p, gamma.abs(), &fibre.sigma_a));
     let (index, chance) = choose(&sent, LEAST_EXACT, random);
     let p = index as u32;
 
     let (alpha, v) = deon::tilt_and_variance(fibre, p);
-    let cone = theta_o - 2.0 * alpha;
+    let theta = -around_cone(theta_o - 2.0 * alpha, v, random);
+    Sample {
+        theta,
+        phi: deon_azimuth(fibre, p, gamma, 0.5 * (theta_o - theta), random),
+        weight: sent[index].map(|a| a / chance),
+    }
+}
+
+/// Where light that comes from inclination `theta_i` goes: [`sample_deon`] the other way around. `theta` and `phi` of the sample are those of the way
+/// out, the mean of weight over samples near a direction is the flux there of a flux of one. M is normalised for every inclination of the viewer, not
+/// for every one of the light, so that with tilted cuticles fibres that absorb nothing send out more or less than they get, and light from
+/// everywhere is what stays as it is.
+pub fn sample_deon_onward(fibre: &Fibre, theta_i: f64, random: &mut impl Rng) -> Sample {
+    let gamma = random.random_range(-1.0_f64..1.0).asin();
+    // Chances are those around the mean way out.
+    let sections = fibre
+        .alpha
+        .map(|alpha| CrossSection::new(fibre.eta, 2.0 * alpha - theta_i));
+    let around = deon_energies(|p| sections[p.min(2) as usize].attenuation(p, gamma.abs(), &fibre.sigma_a));
+    // One of a few ways out in proportion to what it counts, which then counts as their mean: the less weights differ, the fewer photons of hundreds of
+    // fibres are all there is (Talbot 2005, "Importance Resampling for Global Illumination").
+    let ways: [(u32, f64, Rgb); WAYS] = std::array::from_fn(|_| {
+        let (index, chance) = choose(&around, LEAST_CHANCE, random);
+        let (alpha, v) = deon::tilt_and_variance(fibre, index as u32);
+        // M_p(theta_i, theta_o) is a density of this over the cosine; flux goes with the cosine at either side.
+        let cone = around_cone(theta_i, v, random);
+        // A view near a pole may have its cone beyond it, which is the cone as far before it.
+        let [one, other] = [cone, PI.copysign(cone) - cone].map(|cone| 2.0 * alpha - cone);
+        let is_way = |theta: f64| theta.abs() < FRAC_PI_2;
+        let (theta, count) = match (is_way(one), is_way(other)) {
+            (true, true) => (if random.random() { one } else { other }, 2.0),
+            (true, false) => (one, 1.0),
+            (false, true) => (other, 1.0),
+            (false, false) => (one, 0.0),
+        };
+        let section = CrossSection::new(fibre.eta, theta);
+        let sent = deon_energies(|p| section.attenuation(p, gamma.abs(), &fibre.sigma_a))[index];
+        let scale =
+            count * theta.cos().powi(2) / (theta_i.cos() * cone.cos() * chance).max(f64::MIN_POSITIVE);
+        (index as u32, theta, sent.map(|a| a * scale))
+    });
+    let (index, chance) = choose(&ways.map(|(_, _, weight)| weight), LEAST_EXACT, random);
+    let (p, theta, weight) = ways[index];
+    Sample {
+        theta,
+        phi: deon_azimuth(fibre, p, gamma, 0.5 * (theta_i - theta), random),
+        weight: weight.map(|w| w / (WAYS as f64 * chance)),
+    }
+}
+
+/// What each order carries; the last one stands for the geometric series from its order on.
+fn deon_energies(energy: impl Fn(u32) -> Rgb) -> [Rgb; 5] {
+    let last = deon::DRAWN_ORDERS as usize;
+    let mut sent: [Rgb; 5] = std::array::from_fn(|p| energy(p as u32));
+    for (of_last, of_next) in sent[last].iter_mut().zip(energy(last as u32 + 1)) {
+        let ratio = of_next / of_last.max(f64::MIN_POSITIVE);
+        *of_last /= 1.0 - ratio.min(1.0 - 1e-9);
+    }
+    sent
+}
+
+/// An inclination of the spherical Gaussian of variance `v` around the cone `theta`.
+fn around_cone(theta: f64, v: f64, random: &mut impl Rng) -> f64 {
     let rest = random.random::<f64>();
     let u = 1.0 + v * (rest + (1.0 - rest) * (-2.0 / v).exp()).ln();
     let across = (1.0 - u * u).max(0.0).sqrt() * (TAU * random.random::<f64>()).cos();
-    let theta = (across * cone.cos() - u * cone.sin()).clamp(-1.0, 1.0).asin();
-    let phi = if p < last {
-        let exit = CrossSection::new(fibre.eta, 0.5 * (theta_o - theta)).exit_azimuth(p, gamma.abs());
+    (u * theta.sin() + across * theta.cos()).clamp(-1.0, 1.0).asin()
+}
+
+/// Azimuth between the ways in and out of light of order `p` that met the fibre at `gamma`.
+fn deon_azimuth(fibre: &Fibre, p: u32, gamma: f64, theta_d: f64, random: &mut impl Rng) -> f64 {
+    let phi = if p < deon::DRAWN_ORDERS {
+        let exit = CrossSection::new(fibre.eta, theta_d).exit_azimuth(p, gamma.abs());
         exit * gamma.signum() + fibre.azimuthal_width / SQRT_2 * normal(random)
     } else {
         TAU * random.random::<f64>()
     };
-    Sample {
-        theta,
-        phi: phi.rem_euclid(TAU),
-        weight: sent[index].map(|a| a / chance),
-    }
+    phi.rem_euclid(TAU)
 }
 
 /// One of several paths in proportion to the power that each sends, and its chance; `least` of the likeliest's at least.
@@ -219,6 +276,56 @@ mod tests {
             assert!(
                 sigma_a != [0.0; 3] || (all - 1.0).abs() < 0.002,
                 "white hair sends {all}"
+            );
+        }
+    }
+
+    #[test]
+    fn light_goes_the_way_that_views_are_followed_back() {
+        const COUNT: u32 = 400_000;
+        const BINS: usize = 6;
+        let bin = |theta: f64| (((theta / FRAC_PI_2 + 1.0) * 0.5 * BINS as f64) as usize).min(BINS - 1);
+        // Inclinations as light from everywhere has them: flux on a fibre goes with cos^2.
+        let inclination = |random: &mut Pcg64Mcg| {
+            loop {
+                let theta = random.random_range(-FRAC_PI_2..FRAC_PI_2);
+                if random.random::<f64>() < theta.cos().powi(2) {
+                    break theta;
+                }
+            }
+        };
+        let lit = |theta_i: f64, phi: f64| [1.0, (-4.0 * (theta_i - 0.4).powi(2)).exp() * (1.2 + phi.cos())];
+        for sigma_a in [[0.0; 3], [0.1, 0.3, 0.8]] {
+            let fibre = Fibre { sigma_a, ..brown() };
+            let mut random = Pcg64Mcg::seed_from_u64(11);
+            // Flux between bins of inclinations, out of white light and out of a light at one side.
+            let mut flux = [[[0.0; 2]; BINS]; 3];
+            for _ in 0..COUNT {
+                let theta = inclination(&mut random);
+                let onward = sample_deon_onward(&fibre, theta, &mut random);
+                let back = sample_deon(&fibre, theta, &mut random);
+                // The negative control takes the way back for the way on.
+                let ways = [
+                    (bin(onward.theta), theta, &onward),
+                    (bin(theta), back.theta, &back),
+                    (bin(back.theta), theta, &back),
+                ];
+                for (flux, (bin, theta_i, sample)) in flux.iter_mut().zip(ways) {
+                    let light =
+                        lit(theta_i, sample.phi).map(|light| light * sample.weight[1] / f64::from(COUNT));
+                    flux[bin][0] += light[0];
+                    flux[bin][1] += light[1];
+                }
+            }
+            let [onward, back, wrong] = flux;
+            let apart = |a: &[[f64; 2]; BINS]| {
+                let pairs = a.as_flattened().iter().zip(back.as_flattened());
+                pairs.map(|(a, b)| (a - b).abs() / (b + 0.01)).fold(0.0, f64::max)
+            };
+            assert!(apart(&onward) < 0.02, "{onward:.4?} onward, {back:.4?} back");
+            assert!(
+                apart(&wrong) > 0.06,
+                "{wrong:.4?} is not to be told from {back:.4?}"
             );
         }
     }

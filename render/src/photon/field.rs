@@ -1,7 +1,9 @@
 //! Radiance in cells of the hair, by direction.
 
+use std::f32::consts::{FRAC_2_PI, FRAC_PI_4};
+
 use bytemuck::{Pod, Zeroable};
-use glam::{IVec3, Mat3, Vec3};
+use glam::{IVec3, Vec3};
 use half::f16;
 
 use super::pool::Pool;
@@ -20,9 +22,6 @@ const MAX_CELLS: i32 = 256;
 
 /// Largest stored value: half floats end at 65,504.
 const LARGEST: f32 = 1024.0;
-
-/// Least share of the fibres' area that a direction meets: along fibres that are all parallel nothing is met, and nothing arrives.
-const LEAST_MET: f32 = 0.01;
 
 /// Placement and scale of a field, same layout as `LightFieldGrid` in `shaders/lib/light_field.wgsl`.
 #[repr(C)]
@@ -61,10 +60,8 @@ pub struct LightField {
     area: Vec<f32>,
     /// The same times the fibres' mean place, in cells from the lower corner.
     places: Vec<Vec3>,
-    /// The same times the mean of t t^T, t the unit tangent.
-    along: Vec<Mat3>,
-    /// [`part_direction`] of every part.
-    middles: Vec<Vec3>,
+    /// Of the fibres' projected area what beams from each part meet in the mean, groom's unit squared: [`DIRECTIONS`] a cell.
+    met: Vec<f32>,
     /// Radiance times solid angle of each part, summed over photons: [`DIRECTIONS`] a cell.
     sums: Vec<Vec3>,
     pool: Pool,
@@ -83,17 +80,24 @@ impl LightField {
             numbers: vec![EMPTY; (cells.x * cells.y * cells.z) as usize],
             area: Vec::new(),
             places: Vec::new(),
-            along: Vec::new(),
-            middles: (0..DIRECTIONS).map(part_direction).collect(),
+            met: Vec::new(),
             sums: Vec::new(),
             pool: Pool::new(Vec::new()),
         };
         let mut places = Vec::new();
+        let directions: Vec<[Vec3; 4]> = (0..DIRECTIONS).map(part_directions).collect();
         let in_cells = |p: Vec3| (p - low) / cell;
         for i in (0..strands.strand_count()).flat_map(|strand| strands.segments(strand)) {
             let (a, b) = (strands.positions[i], strands.positions[i + 1]);
             let area = 0.5 * (strands.diameters[i] + strands.diameters[i + 1]) * a.distance(b);
             let t = (b - a).normalize_or_zero();
+            let across: Vec<f32> = directions
+                .iter()
+                .map(|quarters| {
+                    let sines = quarters.map(|d| (1.0 - d.dot(t) * d.dot(t)).max(0.0).sqrt());
+                    0.25 * sines.iter().sum::<f32>()
+                })
+                .collect();
             let (a, b) = (in_cells(a), in_cells(b));
             clip_segment(a.as_dvec3(), b.as_dvec3(), |voxel, t0, t1| {
                 let at = field.index(IVec3::from_array(voxel));
@@ -102,13 +106,15 @@ impl LightField {
                     places.push(IVec3::from_array(voxel).clamp(IVec3::ZERO, cells - 1));
                     field.area.push(0.0);
                     field.places.push(Vec3::ZERO);
-                    field.along.push(Mat3::ZERO);
+                    field.met.resize(field.met.len() + directions.len(), 0.0);
                 }
                 let number = field.numbers[at] as usize;
                 let share = area * (t1 - t0) as f32;
                 field.area[number] += share;
                 field.places[number] += a.lerp(b, 0.5 * (t0 + t1) as f32) * share;
-                field.along[number] += Mat3::from_cols(t * t.x, t * t.y, t * t.z) * share;
+                for (met, across) in field.met[number * directions.len()..].iter_mut().zip(&across) {
+                    *met += share * across;
+                }
             });
         }
         field.pool = Pool::new(places);
@@ -129,17 +135,14 @@ impl LightField {
         let cell = ((position - self.low) / self.cell).floor().as_ivec3();
         // Rounding may put a meeting beside the cells that the fibre was clipped to.
         let number = self.numbers[self.index(cell)] as usize;
-        let Some(&area) = self.area.get(number) else {
+        if number >= self.area.len() {
             return;
-        };
-        // Radiance is power over what of the fibres a beam meets (as in the density volume), here one from the middle of the part, where it is
-        // looked up from: the fibres get back the power that they met.
-        let part = part_of(towards);
-        let middle = self.middles[part];
-        let across = (area - middle.dot(self.along[number] * middle)).max(LEAST_MET * area);
-        let met = (area * across).sqrt();
-        if met > 0.0 {
-            self.sums[number * DIRECTIONS as usize + part] += power / met;
+        }
+        // Radiance is power over what of the fibres beams meet, here those that the part is looked up with: the fibres get back the power that they
+        // met.
+        let at = number * DIRECTIONS as usize + part_of(towards);
+        if self.met[at] > 0.0 {
+            self.sums[at] += power / self.met[at];
             self.pool.meet(number, photon);
         }
     }
@@ -189,25 +192,41 @@ impl LightField {
     }
 }
 
-/// The part that holds the unit vector `d`: the octahedron's faces unfolded onto a square.
+/// The part that holds the unit vector `d`: the octahedron's faces unfolded onto a square, all parts of one solid angle (Clarberg 2008, "Fast Equal-Area
+/// Mapping of the (Hemi)Sphere using SIMD").
 fn part_of(d: Vec3) -> usize {
-    let d = d / (d.x.abs() + d.y.abs() + d.z.abs());
+    let r = (1.0 - d.z.abs()).max(0.0).sqrt();
+    let y = r * d.y.abs().atan2(d.x.abs()) * FRAC_2_PI;
     let (x, y) = if d.z < 0.0 {
-        ((1.0 - d.y.abs()).copysign(d.x), (1.0 - d.x.abs()).copysign(d.y))
+        (1.0 - y, 1.0 - (r - y))
     } else {
-        (d.x, d.y)
+        (r - y, y)
     };
-    let place = |x: f32| ((0.5 * x + 0.5) * SIDE as f32).clamp(0.0, (SIDE - 1) as f32) as usize;
-    place(x) + SIDE as usize * place(y)
+    let place = |x: f32, sign: f32| {
+        ((0.5 * x.copysign(sign) + 0.5) * SIDE as f32).clamp(0.0, (SIDE - 1) as f32) as usize
+    };
+    place(x, d.x) + SIDE as usize * place(y, d.y)
 }
 
-/// The middle of a part.
-pub fn part_direction(part: u32) -> Vec3 {
-    let place = |k: u32| (k as f32 + 0.5) * 2.0 / SIDE as f32 - 1.0;
-    let (x, y) = (place(part % SIDE), place(part / SIDE));
-    let z = 1.0 - x.abs() - y.abs();
-    let below = (-z).max(0.0);
-    Vec3::new(x - below.copysign(x), y - below.copysign(y), z).normalize()
+/// The middles of a part's quarters, which stand for its directions.
+pub fn part_directions(part: u32) -> [Vec3; 4] {
+    let place = |k: u32| (k as f32 + 0.5) / SIDE as f32 - 1.0;
+    std::array::from_fn(|quarter| {
+        let quarter = quarter as u32;
+        let (x, y) = (
+            place(2 * (part % SIDE) + (quarter & 1)),
+            place(2 * (part / SIDE) + (quarter >> 1)),
+        );
+        let above = 1.0 - x.abs() - y.abs();
+        let r = 1.0 - above.abs();
+        let (sin, cos) = (((y.abs() - x.abs()) / r + 1.0) * FRAC_PI_4).sin_cos();
+        let across = r * (2.0 - r * r).sqrt();
+        Vec3::new(
+            (across * cos).copysign(x),
+            (across * sin).copysign(y),
+            (1.0 - r * r).copysign(above),
+        )
+    })
 }
 
 #[cfg(test)]
@@ -217,7 +236,10 @@ mod tests {
     #[test]
     fn every_part_holds_its_middle_and_the_sphere_is_covered_evenly() {
         for part in 0..DIRECTIONS {
-            assert_eq!(part_of(part_direction(part)), part as usize);
+            for direction in part_directions(part) {
+                assert!((direction.length() - 1.0).abs() < 1e-6);
+                assert_eq!(part_of(direction), part as usize);
+            }
         }
         let mut counts = [0_u32; DIRECTIONS as usize];
         for k in 0..64_000 {
@@ -227,6 +249,6 @@ mod tests {
             counts[part_of(Vec3::new(r * cos, r * sin, z))] += 1;
         }
         let (least, most) = (counts.iter().min().unwrap(), counts.iter().max().unwrap());
-        assert!(*least > 500 && *most < 1800, "{least} to {most} of 1000");
+        assert!(*least > 980 && *most < 1020, "{least} to {most} of 1000");
     }
 }

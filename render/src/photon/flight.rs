@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::LightField;
 use crate::groom::RefinedGroom;
 use crate::light::SrbfLight;
-use crate::optics::sample::{Sample, sample_deon, sample_marschner};
+use crate::optics::sample::{Sample, sample_deon_onward, sample_marschner};
 use crate::param::VertexParams;
 use crate::volume::{Hit, SegmentGrid, SolidVoxels, Strands, lobe};
 
@@ -23,13 +23,18 @@ const TASKS: u64 = 32;
 const MOST_RAYS_EACH: u64 = 8;
 
 /// Fibres that a photon meets at most: in white hair it leaves long before, by as many as the hair is deep.
-const MOST_FIBRES: u32 = 2048;
+const MOST_FIBRES: u32 = 1 << 14;
 
 /// Least sine of the angle between a line and a fibre that it was chosen by.
 const LEAST_ACROSS: f64 = 1e-3;
 
 /// Below this share of its first power a photon is ended by chance.
 const FAINT: f32 = 1.0 / 3.0;
+
+/// Above this multiple of its first power a photon is split.
+const STRONG: f32 = 3.0;
+/// Parts that it is split into at most.
+const MOST_PARTS: f32 = 16.0;
 
 /// Fibres that scatter light: strands, what they are made of and what stands in the way.
 pub struct Hair {
@@ -67,6 +72,7 @@ struct Meeting {
 }
 
 /// A fibre where light arrives.
+#[derive(Clone, Copy)]
 struct Place {
     position: Vec3,
     strand: u32,
@@ -246,8 +252,8 @@ impl Hair {
     /// Follows light of `power` that arrives at a fibre from the light.
     fn scatter_on(
         &self,
-        mut here: Place,
-        mut power: Vec3,
+        here: Place,
+        power: Vec3,
         grid: &SegmentGrid,
         rules: Rules,
         random: &mut impl Rng,
@@ -255,20 +261,23 @@ impl Hair {
     ) -> u64 {
         let mut rays = 0;
         let first = power.max_element();
-        let mut has_turned = false;
+        let mut arrived = vec![(here, power, false)];
         for _ in 0..MOST_FIBRES {
-            let Some(drawn) = self.scatter(&here, rules, random) else {
+            let Some((here, mut power, mut has_turned)) = arrived.pop() else {
                 return rays;
+            };
+            let Some(drawn) = self.scatter(&here, rules, random) else {
+                continue;
             };
             power *= Vec3::from_array(drawn.weight.map(|x| x as f32));
             has_turned |= drawn.phi.cos() > 0.0;
             if has_turned && !rules.turned {
-                return rays;
+                continue;
             }
             let chance = power.max_element() / (FAINT * first);
             if chance < 1.0 {
                 if random.random::<f32>() >= chance {
-                    return rays;
+                    continue;
                 }
                 power /= chance;
             }
@@ -278,19 +287,26 @@ impl Hair {
             let direction = (u * sin_theta + (v * cos_phi + w * sin_phi) * cos_theta).normalize();
             rays += 1;
             let Some(hit) = grid.first(here.position, direction, Some(here.strand)) else {
-                return rays;
+                continue;
             };
             if self.is_blocked(here.position, direction, hit.distance) {
-                return rays;
+                continue;
             }
-            here = self.place(here.position + direction * hit.distance, -direction, hit);
+            let there = self.place(here.position + direction * hit.distance, -direction, hit);
             if has_turned || rules.onward {
                 meetings.push(Meeting {
                     photon: 0,
-                    position: here.position,
+                    position: there.position,
                     towards: -direction,
                     power,
                 });
+            }
+            // A photon that has become strong goes on as several.
+            let parts = (power.max_element() / (STRONG * first))
+                .ceil()
+                .clamp(1.0, MOST_PARTS);
+            for _ in 0..parts as u32 {
+                arrived.push((there, power / parts, has_turned));
             }
         }
         rays
@@ -355,7 +371,7 @@ impl Hair {
         let fibre = self.params[source].fibre_towards(&self.params[next], share);
         let theta = f64::from(here.sin_theta).asin();
         if rules.is_deon {
-            Some(sample_deon(&fibre, theta, random))
+            Some(sample_deon_onward(&fibre, theta, random))
         } else {
             sample_marschner(&fibre, theta, random)
         }

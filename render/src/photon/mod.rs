@@ -11,5 +11,5 @@ mod field;
 mod flight;
 mod pool;
 
-pub use field::{DIRECTIONS, FieldGrid, LightField, Packed, part_direction};
+pub use field::{DIRECTIONS, FieldGrid, LightField, Packed, part_directions};
 pub use flight::{Hair, Interrupted, Rules, Traced};

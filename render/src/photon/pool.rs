@@ -1,4 +1,4 @@
-//! Cells that few photons have met are read with their surroundings: light deep inside dense hair comes by few photons, each of which meets many
+//! Cells that few photons have met share their light with others around that few have met: light deep inside dense hair comes by few photons, each of which meets many
 //! fibres there, and is smooth.
 
 use std::collections::HashMap;
@@ -79,37 +79,39 @@ impl Pool {
         }
     }
 
-    /// Values ([`DIRECTIONS`] a cell) whose mean over blocks, by `area`, takes the place of those that few photons gave.
+    /// Values ([`DIRECTIONS`] a cell) of which cells that few photons gave have shared theirs with those around, in proportion to their `area`: the sum
+    /// of area times value stays, so that many lit cells beside few dim ones do not brighten them.
     pub(super) fn pooled(&self, values: &[Vec3], area: &[f32]) -> Vec<Vec3> {
         let parts = DIRECTIONS as usize;
-        let mut means = vec![(values.to_vec(), area.to_vec())];
+        // What the groups of a level put together: mean values and their area. Where trust is whole nothing is left to the next level.
+        let mut shared = vec![(values.to_vec(), area.to_vec())];
         for level in &self.levels {
-            let (values, area) = &means[means.len() - 1];
+            let (values, area) = &shared[shared.len() - 1];
             let Some(count) = level.parents.iter().max().map(|last| *last as usize + 1) else {
                 break;
             };
             let mut sums = vec![Vec3::ZERO; count * parts];
             let mut areas = vec![0.0; count];
-            for ((parent, values), area) in level.parents.iter().zip(values.chunks(parts)).zip(area) {
-                let at = *parent as usize;
-                areas[at] += area;
+            for (group, (values, area)) in values.chunks(parts).zip(area).enumerate() {
+                let at = level.parents[group] as usize;
+                let left = *area * (1.0 - level.trust(group));
+                areas[at] += left;
                 for (sum, value) in sums[at * parts..].iter_mut().zip(values) {
-                    *sum += *area * *value;
+                    *sum += left * *value;
                 }
             }
             for (sums, area) in sums.chunks_mut(parts).zip(&areas) {
                 sums.iter_mut()
                     .for_each(|sum| *sum /= area.max(f32::MIN_POSITIVE));
             }
-            means.push((sums, areas));
+            shared.push((sums, areas));
         }
-        let Some((mut around, _)) = means.pop() else {
+        let Some((mut around, _)) = shared.pop() else {
             return Vec::new();
         };
-        for (level, (mut values, _)) in self.levels.iter().zip(means).rev() {
+        for (level, (mut values, _)) in self.levels.iter().zip(shared).rev() {
             for (group, values) in values.chunks_mut(parts).enumerate() {
-                let photons = level.photons[group] as f32;
-                let trust = photons * photons / (photons * photons + ENOUGH * ENOUGH);
+                let trust = level.trust(group);
                 let parent = level.parents[group] as usize * parts;
                 for (value, around) in values.iter_mut().zip(&around[parent..]) {
                     *value = around.lerp(*value, trust);
@@ -121,12 +123,20 @@ impl Pool {
     }
 }
 
+impl Level {
+    /// Share of its own value that a group keeps.
+    fn trust(&self, group: usize) -> f32 {
+        let photons = self.photons[group] as f32;
+        photons * photons / (photons * photons + ENOUGH * ENOUGH)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn cells_of_few_photons_take_the_mean_around_and_others_keep_their_own() {
+    fn cells_of_few_photons_share_what_they_have_and_others_keep_their_own() {
         let cells = vec![IVec3::ZERO, IVec3::X, 5 * IVec3::X];
         let mut pool = Pool::new(cells);
         let parts = DIRECTIONS as usize;
@@ -148,8 +158,10 @@ mod tests {
         assert_eq!(pool.levels[0].photons, [1, 0, 1000]);
         let pooled = pool.pooled(&values, &area);
         assert!((pooled[2 * parts].x - 4.0).abs() < 1e-3);
-        // One photon, or none, and a block of one around them.
-        assert!((pooled[0].x - mean).abs() < 1.0 && (pooled[parts].x - mean).abs() < 0.2);
+        // The others share what they have among themselves: nothing is lost, and nothing comes from the one that many photons gave.
+        let sum = pooled[0].x + 2.0 * pooled[parts].x;
+        assert!((sum - 15.0).abs() < 1e-3, "{sum}");
+        assert!(pooled[0].x > 4.0 && pooled[parts].x < 6.0);
         pool.forget();
         assert_eq!(pool.levels[0].photons, [0; 3]);
         assert!(Pool::new(Vec::new()).pooled(&[], &[]).is_empty());

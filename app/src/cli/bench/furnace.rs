@@ -58,6 +58,9 @@ pub(super) struct FurnaceArgs {
     /// Terms that are added up, as `render` has them.
     #[arg(long, value_name = "TERMS", default_value = "all")]
     terms: Terms,
+    /// Rays that visibility is refined by; light between fibres takes more photons with them.
+    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    visibility_rays: u32,
     /// Seed of the strands and of the points.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -94,6 +97,7 @@ pub(super) fn run(args: &FurnaceArgs, console: &mut Console<'_>) -> Result<(), C
                 terms: args.terms,
                 ..ShadeSettings::default()
             },
+            visibility_rays: args.visibility_rays,
             ..RenderSettings::default()
         };
         let points = shells.concat();
