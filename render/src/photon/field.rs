@@ -11,7 +11,7 @@ use crate::volume::{Strands, clip_segment};
 
 /// Parts of the sphere per side of the octahedral map.
 const SIDE: u32 = 8;
-/// Parts that the sphere of directions is divided into; the same constant stands in `shaders/lib/light_field.wgsl`.
+/// Parts that the sphere of directions is divided into; the same constant stands in `shaders/lib/part.wgsl`.
 pub const DIRECTIONS: u32 = SIDE * SIDE;
 
 /// Entry of a cell without fibres.
@@ -23,7 +23,7 @@ const MAX_CELLS: i32 = 256;
 /// Largest stored value: half floats end at 65,504.
 const LARGEST: f32 = 1024.0;
 
-/// Placement and scale of a field, same layout as `LightFieldGrid` in `shaders/lib/light_field.wgsl`.
+/// Placement and scale of a field, same layout as `LightFieldGrid` in `shaders/pass/shade_field.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct FieldGrid {
