@@ -62,11 +62,13 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                 light += around.weights[corner] * vec3f(unpack2x16float(words.x), unpack2x16float(words.y).x);
             }
         }
-        part_count += u32(any(light != vec3f(0.0)));
+        let is_lit = any(light != vec3f(0.0));
+        part_count += u32(is_lit);
         for (var quarter = 0u; quarter < PART_QUARTERS; quarter++) {
             let source = local_from_world * part_direction(part, quarter);
             let lobes = lobes_at(view, vec3f(asin(clamp(source.x, -1.0, 1.0))), PART_VARIANCE);
             sums += lobes;
+            if !is_lit { continue; }
             let cos_x = dot(eye_across, normalize(source.yz + vec2f(1e-9, 0.0)));
             for (var lobe = 0u; lobe < 3u; lobe++) {
                 by_lobe[lobe] += light * lobes[lobe] * window_at(view.series[lobe], cos_x);

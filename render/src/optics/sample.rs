@@ -111,7 +111,9 @@ pub fn sample_deon_onward(fibre: &Fibre, theta_i: f64, random: &mut impl Rng) ->
             (false, false) => (one, 0.0),
         };
         let section = CrossSection::new(fibre.eta, theta);
-        let sent = deon_energies(|p| section.attenuation(p, gamma.abs(), &fibre.sigma_a))[index];
+        let sent = deon_energy(index as u32, |p| {
+            section.attenuation(p, gamma.abs(), &fibre.sigma_a)
+        });
         let scale =
             count * theta.cos().powi(2) / (theta_i.cos() * cone.cos() * chance).max(f64::MIN_POSITIVE);
         (index as u32, theta, sent.map(|a| a * scale))
@@ -125,13 +127,19 @@ pub fn sample_deon_onward(fibre: &Fibre, theta_i: f64, random: &mut impl Rng) ->
     }
 }
 
-/// What each order carries; the last one stands for the geometric series from its order on.
+/// [`deon_energy`] of every order that is drawn.
 fn deon_energies(energy: impl Fn(u32) -> Rgb) -> [Rgb; 5] {
-    let last = deon::DRAWN_ORDERS as usize;
-    let mut sent: [Rgb; 5] = std::array::from_fn(|p| energy(p as u32));
-    for (of_last, of_next) in sent[last].iter_mut().zip(energy(last as u32 + 1)) {
-        let ratio = of_next / of_last.max(f64::MIN_POSITIVE);
-        *of_last /= 1.0 - ratio.min(1.0 - 1e-9);
+    std::array::from_fn(|p| deon_energy(p as u32, &energy))
+}
+
+/// What order `p` carries; the last one stands for the geometric series from its order on.
+fn deon_energy(p: u32, energy: impl Fn(u32) -> Rgb) -> Rgb {
+    let mut sent = energy(p);
+    if p == deon::DRAWN_ORDERS {
+        for (of_last, of_next) in sent.iter_mut().zip(energy(p + 1)) {
+            let ratio = of_next / of_last.max(f64::MIN_POSITIVE);
+            *of_last /= 1.0 - ratio.min(1.0 - 1e-9);
+        }
     }
     sent
 }
