@@ -40,6 +40,7 @@ mod schemes;
 mod seen_colour;
 mod shaders;
 mod timing;
+mod traced;
 mod usd;
 mod views;
 mod volume;

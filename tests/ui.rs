@@ -25,7 +25,10 @@ use egui::{Key, Modifiers, Vec2};
 use egui_kittest::{Harness, kittest::Queryable};
 use glam::Vec3;
 
-/// A project with a small curtain of hair, lit evenly.
+/// The light of [`project`]: one wide light, which is a thirtieth of the work of an even world.
+const LIGHT: &str = r#"{"environment": {"lights": "lamp.json"}}"#;
+
+/// A project with a small curtain of hair.
 fn project(folder: &Path) -> PathBuf {
     let strands = (0..300).map(|s| {
         let root = Vec3::new(0.01 * (s % 60) as f32, 0.3, 0.01 * (s / 60) as f32);
@@ -36,9 +39,12 @@ fn project(folder: &Path) -> PathBuf {
     let (groom, _) = Groom::from_strands(strands, 0.004, 1.0).unwrap();
     write_groom(folder.join("curtain.hair"), &groom).unwrap();
     let path = folder.join("project.json");
-    let text = r#"{"version": 1, "groom": {"path": "curtain.hair", "metres_per_unit": 1},
-        "light": {"environment": {"constant": [1, 1, 1]}},
-        "camera": {"world_from_camera": [[1,0,0,0.3],[0,1,0,0.15],[0,0,1,1],[0,0,0,1]], "fov_y_deg": 35}}"#;
+    let lamp = r#"{"lights": [{"direction": [0, 0.6, 0.8], "bandwidth": 1, "radiance": [2, 2, 2]}], "constant": [0, 0, 0]}"#;
+    fs::write(folder.join("lamp.json"), lamp).unwrap();
+    let text = format!(
+        r#"{{"version": 1, "groom": {{"path": "curtain.hair", "metres_per_unit": 1}}, "light": {LIGHT},
+        "camera": {{"world_from_camera": [[1,0,0,0.3],[0,1,0,0.15],[0,0,1,1],[0,0,0,1]], "fov_y_deg": 35}}}}"#
+    );
     fs::write(&path, text).unwrap();
     path
 }
@@ -215,7 +221,7 @@ fn escape_cancels_and_unsaved_changes_are_guarded() {
 #[test]
 fn controls_are_named() {
     let folder = tempfile::tempdir().unwrap();
-    let mut harness = editor(&project(folder.path()));
+    let mut harness = editor(&ui_light::lit(folder.path(), ui_light::EVEN));
     for name in [
         "Viewport",
         "Paint",

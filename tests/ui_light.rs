@@ -18,7 +18,7 @@ use egui_kittest::{
 };
 use glam::Vec3;
 
-use crate::{document, project, settle};
+use crate::{LIGHT, document, project, settle};
 
 /// A Radiance map of 32 x 16 pixels: grey, with a bright patch in column `sun`.
 fn write_map(path: &Path, sun: usize) {
@@ -48,13 +48,14 @@ fn sequence(folder: &Path) -> PathBuf {
     )
 }
 
+/// Light from everywhere.
+pub(super) const EVEN: &str = r#"{"environment": {"constant": [1, 1, 1]}}"#;
+
 /// The project of [`project`] under other light.
-fn lit(folder: &Path, light: &str) -> PathBuf {
+pub(super) fn lit(folder: &Path, light: &str) -> PathBuf {
     let path = project(folder);
     let text = fs::read_to_string(&path).unwrap();
-    let (head, tail) = text
-        .split_once(r#"{"environment": {"constant": [1, 1, 1]}}"#)
-        .unwrap();
+    let (head, tail) = text.split_once(LIGHT).unwrap();
     fs::write(&path, format!("{head}{light}{tail}")).unwrap();
     path
 }
@@ -283,7 +284,7 @@ fn render(project: &Path, options: &[&str]) -> Vec<u8> {
 #[test]
 fn a_light_is_added_widened_and_moved_by_its_handle() {
     let folder = tempfile::tempdir().unwrap();
-    let mut harness = editor(&project(folder.path()));
+    let mut harness = editor(&lit(folder.path(), EVEN));
     assert!(lights(&harness).lights.is_empty());
     let at = harness.get_by_label("Light map").rect().center() + Vec2::new(0.0, -20.0);
     harness.hover_at(at);

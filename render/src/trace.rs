@@ -1,7 +1,7 @@
 //! A path tracer of hair: the picture that the renderer approximates, by brute force on the CPU.
 //!
-//! Rays meet the exact fibres of a [`SegmentGrid`] and scatter as [`crate::optics`] says (R, TT and TRT of a circular fibre); nothing
-//! is shared with the shaders. At every fibre met, directions are drawn from the fibre; one of them, drawn in proportion to the light it
+//! Rays meet the exact fibres of a [`SegmentGrid`] and scatter as [`crate::optics`] says (of a circular fibre R, TT and TRT, or d'Eon's orders);
+//! nothing is shared with the shaders. At every fibre met, directions are drawn from the fibre; one of them, drawn in proportion to the light it
 //! brings (resampled importance sampling, Talbot 2005), casts the shadow ray, another one goes on. No head, no occluder.
 
 use std::ops::ControlFlow;
@@ -16,7 +16,7 @@ use crate::groom::{Groom, RefinedGroom};
 use crate::image::Picture;
 use crate::light::EnvironmentMap;
 use crate::optics::Fibre;
-use crate::optics::sample::sample_marschner;
+use crate::optics::sample::{sample_deon, sample_marschner};
 use crate::param::VertexParams;
 use crate::volume::{Hit, SegmentGrid, Strands};
 
@@ -46,6 +46,8 @@ pub struct TraceSettings {
     pub candidates: u32,
     /// Seed: the same one gives the same picture.
     pub seed: u64,
+    /// d'Eon 2011 instead of Marschner 2003.
+    pub is_deon: bool,
 }
 
 impl Default for TraceSettings {
@@ -55,6 +57,7 @@ impl Default for TraceSettings {
             orders: 100,
             candidates: 32,
             seed: 0,
+            is_deon: false,
         }
     }
 }
@@ -169,7 +172,7 @@ impl<'a> Scene<'a> {
         let mut all = single;
         let mut throughput = Vec3::ONE;
         for order in 2..=settings.orders {
-            let Some((direction, weight)) = place.draw(random) else {
+            let Some((direction, weight)) = place.draw(settings.is_deon, random) else {
                 break;
             };
             throughput *= weight;
@@ -214,7 +217,7 @@ impl<'a> Scene<'a> {
     fn direct(&self, place: &Place, settings: &TraceSettings, random: &mut impl Rng) -> Vec3 {
         let (mut total, mut chosen) = (0.0, None);
         for _ in 0..settings.candidates {
-            let Some((direction, weight)) = place.draw(random) else {
+            let Some((direction, weight)) = place.draw(settings.is_deon, random) else {
                 continue;
             };
             let light = weight * self.radiance(direction);
@@ -245,8 +248,12 @@ impl<'a> Scene<'a> {
 
 impl Place {
     /// A world direction that light comes from, and its weight.
-    fn draw(&self, random: &mut impl Rng) -> Option<(Vec3, Vec3)> {
-        let drawn = sample_marschner(&self.fibre, self.theta_o, random)?;
+    fn draw(&self, is_deon: bool, random: &mut impl Rng) -> Option<(Vec3, Vec3)> {
+        let drawn = if is_deon {
+            sample_deon(&self.fibre, self.theta_o, random)
+        } else {
+            sample_marschner(&self.fibre, self.theta_o, random)?
+        };
         let (sin_theta, cos_theta) = (drawn.theta as f32).sin_cos();
         let (sin_phi, cos_phi) = (drawn.phi as f32).sin_cos();
         let [u, v, w] = self.frame;

@@ -16,6 +16,7 @@
 @group(0) @binding(6) var<storage, read> cell_fibres: array<vec4f>;    // mean place (in cells from the corner) and area of a cell's fibres
 @group(0) @binding(7) var<storage, read_write> multiple: array<vec4f>;
 @group(0) @binding(8) var<storage, read> cell_radiance: array<vec2u>;    // 3 x f16 per cell and part
+@group(0) @binding(9) var<storage, read> part_directions: array<vec4f>;  // PART_QUARTERS a part
 @group(0) @binding(10) var<storage, read> point_vertices: array<u32>;    // the refined vertex of each groom point
 @group(0) @binding(11) var<storage, read> work: WorkList;
 @group(0) @binding(12) var<storage, read_write> evaluated: array<atomic<u32>, 4>;  // its third: parts of the sphere that light came from
@@ -65,7 +66,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         let is_lit = any(light != vec3f(0.0));
         part_count += u32(is_lit);
         for (var quarter = 0u; quarter < PART_QUARTERS; quarter++) {
-            let source = local_from_world * part_direction(part, quarter);
+            let source = local_from_world * part_directions[part * PART_QUARTERS + quarter].xyz;
             let lobes = lobes_at(view, vec3f(asin(clamp(source.x, -1.0, 1.0))), PART_VARIANCE);
             sums += lobes;
             if !is_lit { continue; }

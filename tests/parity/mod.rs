@@ -53,10 +53,6 @@ const HELD_ELSEWHERE: &[(&str, &str)] = &[
     ("sample_at", "volume_work::harmonics_see_what_marches_see"),
     // Parts of the sphere within 3 % of SRBF lights of their width.
     (
-        "part_direction",
-        "photons::points_scatter_the_field_as_the_reference_does",
-    ),
-    (
         "lobe_integrals",
         "photons::points_scatter_the_field_as_the_reference_does",
     ),

@@ -8,4 +8,4 @@ mod pick;
 pub use brush::{Brush, NATURAL_LEVELS, NaturalLevel, StrokePath, Tool, mirrored};
 pub use colour::{DyeMatch, HairColour};
 pub use navigation::ViewCamera;
-pub use pick::{PickFrame, dab_at, dabs_through, place_on_points};
+pub use pick::{PickFrame, dab_at, dabs_through, place_on_strands};

@@ -1,6 +1,9 @@
 //! From a pixel of the picture to a place on a strand.
 
-use balayage_render::gpu::{Camera, PickMap};
+use balayage_render::{
+    gpu::{Camera, PickMap},
+    groom::Groom,
+};
 use glam::{Vec2, Vec3};
 
 use crate::paint::{Dab, Extra, StrandIndex};
@@ -48,24 +51,31 @@ fn behind(camera: &Camera, aspect: f32, at: Vec2, depth: f32) -> Vec3 {
         .transform_point3(depth * Vec3::new(x, y, -1.0))
 }
 
-/// How far from the pointer a point may be where there is no picture yet, as a share of the picture's height.
-const POINT_REACH: f32 = 0.015;
+/// How far from the pointer a strand may be where there is no picture yet, as a share of the picture's height.
+const STRAND_REACH: f32 = 0.015;
 
-/// The place behind `at` at the depth of the nearest point that is seen about there: what is touched while no picture tells which
+/// The place behind `at` at the depth of the nearest strand that is seen about there: what is touched while no picture tells which
 /// strands are hidden. Takes time in proportion to the points.
-pub fn place_on_points(camera: &Camera, aspect: f32, points: &[Vec3], at: Vec2) -> Option<Vec3> {
+pub fn place_on_strands(camera: &Camera, aspect: f32, groom: &Groom, at: Vec2) -> Option<Vec3> {
     let view_from_world = camera.world_from_camera.inverse();
     let slope = (0.5 * camera.fov_y_rad).tan();
     let wanted = Vec2::new((2.0 * at.x - 1.0) * aspect, 1.0 - 2.0 * at.y) * slope;
-    let reach = 2.0 * slope * POINT_REACH;
-    let depths = points.iter().filter_map(|point| {
+    let reach = 2.0 * slope * STRAND_REACH;
+    // Where a point is seen at unit depth, and one over its depth, which is linear along a segment on the screen.
+    let seen = |point: &Vec3| {
         let seen = view_from_world.transform_point3(*point);
-        let depth = -seen.z;
-        let is_near = depth > 0.0 && (seen.truncate() / depth).distance(wanted) < reach;
-        is_near.then_some(depth)
-    });
-    let nearest = depths.min_by(f32::total_cmp)?;
-    Some(behind(camera, aspect, at, nearest))
+        (seen.z < 0.0).then(|| (seen.truncate() / -seen.z, -1.0 / seen.z))
+    };
+    let nearest = (0..groom.strand_count())
+        .flat_map(|strand| groom.positions()[groom.strand(strand)].windows(2))
+        .filter_map(|ends| {
+            let ((a, near_a), (b, near_b)) = (seen(&ends[0])?, seen(&ends[1])?);
+            let along =
+                ((wanted - a).dot(b - a) / a.distance_squared(b).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
+            (a.lerp(b, along).distance(wanted) < reach).then_some(near_a + along * (near_b - near_a))
+        })
+        .max_by(f32::total_cmp)?;
+    Some(behind(camera, aspect, at, 1.0 / nearest))
 }
 
 /// The dab at `place`, on the strand whose point is nearest; none where no point is nearer than `reach`.
@@ -104,17 +114,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn without_a_picture_the_nearest_point_under_the_pointer_counts() {
+    fn without_a_picture_the_nearest_strand_under_the_pointer_counts() {
         let camera = Camera::look_at(Vec3::new(0.0, 0.0, 5.0), Vec3::ZERO, 0.6);
-        let points = [
-            Vec3::new(0.0, 0.0, -1.0),
-            Vec3::new(0.002, 0.0, 1.0),
-            Vec3::new(1.0, 0.0, 2.0),
-        ];
-        let middle = place_on_points(&camera, 1.5, &points, Vec2::splat(0.5)).unwrap();
+        let place = |depths: &[f32], at: Vec2| {
+            // Strands from top to bottom; the pointer is far from each of their points.
+            let strands = depths
+                .iter()
+                .map(|z| [1.0, -1.0].map(|y| Vec3::new(0.002, y, *z)));
+            let (groom, _) = Groom::from_strands(strands, 0.004, 1.0).unwrap();
+            place_on_strands(&camera, 1.5, &groom, at)
+        };
+        let middle = place(&[-1.0, 1.0], Vec2::splat(0.5)).unwrap();
         assert!(middle.distance(Vec3::new(0.0, 0.0, 1.0)) < 1e-4, "{middle}");
-        assert!(place_on_points(&camera, 1.5, &points, Vec2::new(0.1, 0.1)).is_none());
+        assert!(place(&[-1.0, 1.0], Vec2::new(0.1, 0.1)).is_none());
         // Behind the eye there is nothing to touch.
-        assert!(place_on_points(&camera, 1.5, &[Vec3::new(0.0, 0.0, 6.0)], Vec2::splat(0.5)).is_none());
+        assert!(place(&[6.0], Vec2::splat(0.5)).is_none());
     }
 }

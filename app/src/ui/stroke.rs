@@ -11,7 +11,7 @@ use super::{
 use crate::{
     document::{Edit, Layer},
     paint::{Dab, Mask, MaskKind, MaskPart, Mode, Reach},
-    tool::{StrokePath, Tool, dab_at, dabs_through, mirrored, place_on_points},
+    tool::{StrokePath, Tool, dab_at, dabs_through, mirrored, place_on_strands},
 };
 
 impl Editor {
@@ -133,16 +133,16 @@ impl Editor {
     }
 
     /// The hair that is touched at a place of the screen, and the camera that it is seen with; before the first picture the groom's
-    /// points tell.
+    /// strands tell.
     fn touched(&self, place: Vec2, rect: Rect) -> Option<(Camera, Vec3)> {
         let at = in_picture(place, rect);
         if let Some(picks) = self.shown.as_ref().and_then(|shown| shown.picks.as_ref()) {
             return Some((picks.camera, picks.place(at)?));
         }
         let camera = *self.camera.as_ref()?.camera();
-        let points = self.document.as_ref()?.groom().positions();
+        let groom = self.document.as_ref()?.groom();
         let aspect = rect.width().max(1.0) / rect.height().max(1.0);
-        Some((camera, place_on_points(&camera, aspect, points, at)?))
+        Some((camera, place_on_strands(&camera, aspect, groom, at)?))
     }
 
     /// Takes the value of the touched hair into the brush.

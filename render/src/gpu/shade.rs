@@ -17,6 +17,7 @@ use super::tables::scattering_tables;
 use super::transmittance::{LightBatch, Transmittance};
 use super::work_list::Lister;
 use super::{Gpu, GpuError, Kernel, Method, Quality, Saving, Savings};
+use crate::photon::{DIRECTIONS, part_directions};
 
 /// Layout of `ShadeUniform` in `shaders/pass/shade.wgsl`.
 #[repr(C)]
@@ -74,6 +75,8 @@ pub struct ShadePass {
     lister: Lister,
     sum: Kernel,
     tables: wgpu::Buffer,
+    /// vec4 for each quarter of the parts of a light field.
+    part_directions: wgpu::Buffer,
 }
 
 /// Variants that are kept: drafts and pictures at rest of a few methods.
@@ -160,12 +163,17 @@ impl ShadePass {
     /// # Errors
     /// [`GpuError::TooLarge`].
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        let parts: Vec<[f32; 4]> = (0..DIRECTIONS)
+            .flat_map(part_directions)
+            .map(|direction| direction.extend(0.0).to_array())
+            .collect();
         Ok(Self {
             variants: Vec::new(),
             coming: None,
             lister: Lister::new(gpu)?,
             sum: Kernel::new(gpu, "pass/strand_radiance.wgsl", &[])?,
             tables: gpu.storage_of("scattering tables", &scattering_tables())?,
+            part_directions: gpu.storage_of("parts of the sphere", &parts)?,
         })
     }
 
@@ -340,6 +348,7 @@ impl ShadePass {
                 (6, &field.fibres),
                 (7, &strands.multiple),
                 (8, &field.radiance),
+                (9, &self.part_directions),
                 (10, &strands.point_vertices),
                 (11, &strands.multiple_work.items),
                 (12, &evaluated),

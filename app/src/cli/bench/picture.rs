@@ -43,7 +43,7 @@ pub(super) struct PictureArgs {
     /// Unpainted parameters, as eumelanin=1.3; repeat for more.
     #[arg(long = "set", value_name = "CHANNEL=VALUE")]
     settings: Vec<HairOption>,
-    /// What a fibre does to light (the path tracer knows marschner only).
+    /// What a fibre does to light (the path tracer knows marschner and deon).
     #[arg(long, value_enum)]
     model: Option<ModelName>,
     #[command(flatten)]
@@ -84,6 +84,7 @@ pub(super) fn run(args: &PictureArgs, console: &mut Console<'_>) -> Result<(), C
     let lighting = render::load_light(&document, console)?;
     let lights = lighting.exposed(&document.project().light);
     let groom = document.groom_as_drawn()?;
+    let model = args.model.map_or(document.project().hair.model, Model::from);
 
     // The reference: pictures that are there, or two independent runs, whose difference tells the noise.
     let (reference, noise, seconds) = if let (Some(single), Some(all)) = (&args.single, &args.all) {
@@ -97,7 +98,7 @@ pub(super) fn run(args: &PictureArgs, console: &mut Console<'_>) -> Result<(), C
         let environment = EnvironmentMap::from_fn(2 * LIGHT_ROWS, LIGHT_ROWS, |w| lights.radiance(w)).0;
         let scene = Scene::new(&groom, document.params(), &environment);
         let start = Instant::now();
-        let [a, b] = traced(&scene, &camera, args, console);
+        let [a, b] = traced(&scene, &camera, model, args, console);
         let noise =
             [(&a.single, &b.single), (&a.all, &b.all)].map(|(a, b)| 0.5 * a.difference(b, TILE).tile_rmse);
         let both = Traced {
@@ -119,6 +120,7 @@ pub(super) fn run(args: &PictureArgs, console: &mut Console<'_>) -> Result<(), C
             "red",
             "green",
             "blue",
+            "radiance",
             "tile RMSE",
             "noise of the reference",
             "seconds",
@@ -135,7 +137,7 @@ pub(super) fn run(args: &PictureArgs, console: &mut Console<'_>) -> Result<(), C
             let settings = RenderSettings {
                 shade: ShadeSettings {
                     method: Method {
-                        model: args.model.map_or(document.project().hair.model, Model::from),
+                        model,
                         ..args.method.method(document.project().hair.scheme)
                     },
                     terms,
@@ -162,6 +164,7 @@ pub(super) fn run(args: &PictureArgs, console: &mut Console<'_>) -> Result<(), C
                 found.ratio[0].into(),
                 found.ratio[1].into(),
                 found.ratio[2].into(),
+                mean_radiance(&picture).into(),
                 found.tile_rmse.into(),
                 noise.map_or(Cell::None, |noise| noise[which].into()),
                 seconds.into(),
@@ -171,7 +174,8 @@ pub(super) fn run(args: &PictureArgs, console: &mut Console<'_>) -> Result<(), C
     }
     let mut notes = vec![
         format!("device: {}", gpu.adapter_name),
-        "red, green, blue: mean radiance over the path tracer's; tile RMSE: of the means of 16 x 16 pixels, relative"
+        "red, green, blue: mean radiance over the path tracer's; radiance: mean of the covered part (green); \
+         tile RMSE: of the means of 16 x 16 pixels, relative"
             .to_owned(),
         "picture.png: path traced, first frame, refined; single scattering above, all orders below".to_owned(),
     ];
@@ -192,6 +196,18 @@ pub(super) fn run(args: &PictureArgs, console: &mut Console<'_>) -> Result<(), C
     Ok(console.result(report.json(), &report.text())?)
 }
 
+/// Mean radiance (green) of what is covered.
+fn mean_radiance(picture: &Picture) -> f64 {
+    let sum = |c: usize| {
+        picture
+            .pixels
+            .iter()
+            .map(|pixel| f64::from(pixel[c]))
+            .sum::<f64>()
+    };
+    sum(1) / sum(3)
+}
+
 fn read_reference(path: &Path, size: [u32; 2]) -> Result<Picture, CliError> {
     let picture = Picture::read_exr(path)?;
     if [picture.width, picture.height] != size.map(|side| side as usize) {
@@ -203,13 +219,20 @@ fn read_reference(path: &Path, size: [u32; 2]) -> Result<Picture, CliError> {
 }
 
 /// Two runs of half the paths each.
-fn traced(scene: &Scene<'_>, camera: &Camera, args: &PictureArgs, console: &mut Console<'_>) -> [Traced; 2] {
+fn traced(
+    scene: &Scene<'_>,
+    camera: &Camera,
+    model: Model,
+    args: &PictureArgs,
+    console: &mut Console<'_>,
+) -> [Traced; 2] {
     let progress = console.progress(2 * u64::from(args.size[1]), "tracing");
     let rows = AtomicU64::new(0);
     [0, 1].map(|half| {
         let settings = TraceSettings {
             samples: args.paths / 2,
             seed: 2 * args.seed + half,
+            is_deon: model == Model::Deon,
             ..TraceSettings::default()
         };
         let on_row = || {
