@@ -27,8 +27,8 @@ fn prepare_view(f: Fibre, theta_o: f32, phi_o: f32) -> PreparedView {
     return PreparedView(f, theta, guarded_azimuth(phi_o), 2.0 * f.alpha - theta, fresnel_polynomial(f.eta), followed);
 }
 
-// Mean of clamp(a + b . w, 0, 1) over the light that each lobe sends to the view, w in the fibre's frame.
-fn lobe_means(v: PreparedView, theta_j: f32, phi_j: f32, lambda: f32, a: f32, b: vec3f) -> vec3f {
+// Mean visibility of the light that each lobe sends to the view.
+fn lobe_means(v: PreparedView, theta_j: f32, phi_j: f32, lambda: f32, seen: SeenLight) -> vec3f {
     let inv_lambda_sq = 1.0 / (lambda * lambda);
     let kappa = lobe_concentrations(v.f, v.theta_o);
     let scale = 2.0 * cosine(theta_j) * inv_lambda_sq;
@@ -38,7 +38,7 @@ fn lobe_means(v: PreparedView, theta_j: f32, phi_j: f32, lambda: f32, a: f32, b:
     for (var t = 0u; t < 3u; t++) {
         let g = product_gaussian(v.mean[t], v.f.beta[t], v.theta_o, theta_j, inv_lambda_sq);
         let theta = clamp(g.centre, -HALF_PI, HALF_PI);
-        out[t] = mean_clamped(a, b, theta, g.width, scale * cosine(theta) * light + kappa[t] * view);
+        out[t] = mean_seen(seen, theta, g.width, scale * cosine(theta) * light + kappa[t] * view);
     }
     return out;
 }

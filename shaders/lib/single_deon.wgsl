@@ -95,8 +95,8 @@ fn scattered(v: PreparedView, theta_j: f32, phi_j: f32, inv_lambda_sq: f32, coun
     return Orders(whole.x * out.p0, whole.y * out.p1, whole.z * out.p2, whole.z * out.p3, whole.z * out.remainder);
 }
 
-// Mean of clamp(a + b . w, 0, 1) over the light that each lobe sends to the view, w in the fibre's frame.
-fn lobe_means(v: PreparedView, theta_j: f32, phi_j: f32, lambda: f32, a: f32, b: vec3f) -> vec3f {
+// Mean visibility of the light that each lobe sends to the view.
+fn lobe_means(v: PreparedView, theta_j: f32, phi_j: f32, lambda: f32, seen: SeenLight) -> vec3f {
     let inv_lambda_sq = 1.0 / (lambda * lambda);
     let kappa = lobe_concentrations(v.f, v.theta_o);
     let scale = 2.0 * cosine(theta_j) * inv_lambda_sq;
@@ -106,7 +106,7 @@ fn lobe_means(v: PreparedView, theta_j: f32, phi_j: f32, lambda: f32, a: f32, b:
     for (var t = 0u; t < 3u; t++) {
         let g = cone_product(v.variance[t], v.theta_r[t], theta_j, inv_lambda_sq);
         let theta = clamp(g.centre, -HALF_PI, HALF_PI);
-        out[t] = mean_clamped(a, b, theta, g.width, scale * cosine(theta) * light + kappa[t] * view);
+        out[t] = mean_seen(seen, theta, g.width, scale * cosine(theta) * light + kappa[t] * view);
     }
     return out;
 }

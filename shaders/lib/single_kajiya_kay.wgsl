@@ -89,13 +89,13 @@ fn ln_cos(x: f32) -> f32 {
     return select(-1e6, select(far, near, s2 < 0.02), cos(x) > 0.0);
 }
 
-// Mean of clamp(a + b . w, 0, 1) over the light that each lobe sends to the view, w in the fibre's frame; neither depends on the azimuth.
-fn lobe_means(v: PreparedView, theta_j: f32, phi_j: f32, lambda: f32, a: f32, b: vec3f) -> vec3f {
+// Mean visibility of the light that each lobe sends to the view; neither depends on the azimuth.
+fn lobe_means(v: PreparedView, theta_j: f32, phi_j: f32, lambda: f32, seen: SeenLight) -> vec3f {
     let inv_lambda_sq = 1.0 / (lambda * lambda);
     let g = cone_product(1.0 / v.exponent, v.axis, theta_j, inv_lambda_sq);
     let theta = clamp(g.centre, -HALF_PI, HALF_PI);
     let around = 2.0 * cosine(theta_j) * inv_lambda_sq * azimuth_vector(phi_j);
-    let specular = mean_clamped(a, b, theta, g.width, cosine(theta) * around);
-    let diffuse = mean_clamped(a, b, theta_j, lambda, cosine(theta_j) * around);
+    let specular = mean_seen(seen, theta, g.width, cosine(theta) * around);
+    let diffuse = mean_seen(seen, theta_j, lambda, cosine(theta_j) * around);
     return vec3f(specular, diffuse, diffuse);
 }

@@ -69,9 +69,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         // Visibility varies inside the light: it is asked for where each lobe gets its light from. It is that of places that the eye sees.
         var seen_by = vec3f(seen_at.x);
         if frames[number].visibility_count > 1u {
-            let slope = local_from_world * seen_at.yzw;
-            let middle = frames[number].mean_cosine * light_local;
-            seen_by = lobe_means(view, at.x, at.y, light.bandwidth, seen_at.x - dot(slope, middle), slope);
+            let seen_of = seen_light(
+                seen_at.x, local_from_world * seen_at.yzw, light_local, light.bandwidth, frames[number].mean_cosine);
+            seen_by = lobe_means(view, at.x, at.y, light.bandwidth, seen_of);
         }
         // In a uniform environment hair that is not in the way gives way to light not much brighter than itself.
         if !uniform_light {

@@ -7,7 +7,7 @@ use balayage_render::optics::bessel::i0e;
 use balayage_render::optics::fresnel::fresnel;
 use balayage_render::optics::{Direction, Fibre, scattering_function};
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::geometry::direction;
 use super::{CALLS, Parity, between, hold, log_between};
@@ -486,15 +486,17 @@ pub const PARITIES: &[Parity] = &[
         },
     },
     Parity {
-        covers: &["lobe_means", "lobe_concentrations", "mean_clamped", "azimuth_vector"],
+        covers: &["lobe_means", "lobe_concentrations", "seen_light", "mean_seen", "azimuth_vector"],
         file: "lib/single.wgsl",
         call: "
             let f = Fibre(vec3f(0.3), 1.55, vec3f(-0.07, 0.035, 0.105), 1.0, vec3f(0.1, 0.05, 0.2), 0.25);
-            let means = lobe_means(prepare_view(f, x[0], x[1]), x[2], 0.5, x[3], x[5], vec3f(x[6], x[7], x[8]));
+            let light = vec3f(sine(x[2]), cosine(x[2]) * azimuth_vector(0.5));
+            let seen = seen_light(x[5], vec3f(x[6], x[7], x[8]), light, x[3], 1.0);
+            let means = lobe_means(prepare_view(f, x[0], x[1]), x[2], 0.5, x[3], seen);
             y.x = means[u32(x[4])];",
-        domain: "narrow lights, lambda 0.01 to 0.03, inside the lobe: the value at the light's own centre",
+        domain: "narrow lights, lambda 0.01 to 0.03, inside the lobe: the mean over the light",
         tolerance: 0.04,
-        reason: "a lobe moves the mean by at most three bandwidths, and the clamp is a little rounder over a light than at its centre",
+        reason: "a lobe moves the mean by at most three bandwidths",
         calls: CALLS,
         draw: |r| {
             let theta_o = between(r, -0.8, 0.8);
@@ -510,34 +512,62 @@ pub const PARITIES: &[Parity] = &[
                 between(r, -1.0, 1.0),
             ]
         },
-        reference: |x| {
-            let w = direction(x[2], 0.5);
-            vec![(x[5] + w.dot(DVec3::new(x[6], x[7], x[8]))).clamp(0.0, 1.0)]
-        },
+        reference: |x| vec![x[5]],
     },
     Parity {
-        covers: &["lobe_means"],
+        covers: &["lobe_means", "seen_light", "mean_seen"],
         file: "lib/single.wgsl",
         call: "
             let f = Fibre(vec3f(0.3), 1.55, vec3f(-0.07, 0.035, 0.105), 1.0, vec3f(0.1, 0.05, 0.2), 0.25);
-            let means = lobe_means(prepare_view(f, x[0], x[1]), x[2], 0.5, x[3], x[5], vec3f(x[6], x[7], x[8]));
-            y.x = means[u32(x[4])];",
-        domain: "lambda 0.3 to 1.2 within half a radian of the lobe: means over the sphere of clamp(a + b . w) by G S_t cos theta_i",
-        tolerance: 0.5,
-        reason: "every lobe is one von Mises density of N_t's mean direction, and what is clamped counts as normal: 0.11 at most",
+            let light = vec3f(sine(x[2]), cosine(x[2]) * azimuth_vector(0.5));
+            let kappa = 2.0 / (x[3] * x[3]);
+            let mean_cosine = 1.0 / tanh(kappa) - 1.0 / kappa;
+            let seen = seen_light(x[8], vec3f(x[9], x[10], x[11]), light, x[3], mean_cosine);
+            let view = prepare_view(f, x[0], x[1]);
+            let lobes = single_scattering(view, x[2], 0.5, x[3]);
+            let sent = vec3f(lobes.r.x, lobes.tt.x, lobes.trt.x);
+            y.x = dot(sent, lobe_means(view, x[2], 0.5, x[3], seen)) / dot(sent, vec3f(1.0));",
+        domain: "lambda 0.3 to 1.2 within half a radian of the lobe, visibility Phi(t + s . w) from gradual to half-spaces: share of G S cos theta_i that is seen",
+        tolerance: 0.35,
+        reason: "every lobe is one von Mises density of N_t's mean direction, and a wide light is no normal in the plane",
         calls: 96,
         draw: |r| {
             let theta_o = between(r, -0.8, 0.8);
+            let (theta_j, lambda) = (-theta_o + between(r, -0.5, 0.5), between(r, 0.3, 1.2));
+            let t = between(r, -1.0, 1.0);
+            let steep = log_between(r, 0.3, 20.0);
+            let towards = direction(between(r, -1.5, 1.5), between(r, -PI, PI));
+            // The half-space's edge lies within the light.
+            let centre = direction(theta_j, 0.5);
+            let (s, t) = (steep * towards, steep * (0.5 * lambda * t - towards.dot(centre)));
+            // The regression of visibility on directions over the light, as records hold it.
+            let (mut whole, mut mean, mut at) = (0.0, 0.0, DVec3::ZERO);
+            let (mut product, mut square) = (DVec3::ZERO, DMat3::ZERO);
+            for w in sphere() {
+                let share = light_towards(centre, lambda, w) * cosine_of(w);
+                let seen = normal_below(t + s.dot(w));
+                whole += share;
+                mean += share * seen;
+                at += share * w;
+                product += share * seen * w;
+                square += DMat3::from_cols(w * w.x, w * w.y, w * w.z) * share;
+            }
+            let (mean, at) = (mean / whole, at / whole);
+            let covariance = square * (1.0 / whole) - DMat3::from_cols(at * at.x, at * at.y, at * at.z);
+            let change = covariance.inverse() * (product / whole - mean * at);
             vec![
                 theta_o,
                 between(r, -PI, PI),
-                -theta_o + between(r, -0.5, 0.5),
-                between(r, 0.3, 1.2),
-                between(r, 0.0, 3.0).floor(),
-                between(r, 0.0, 1.0),
-                between(r, -0.7, 0.7),
-                between(r, -0.7, 0.7),
-                between(r, -0.7, 0.7),
+                theta_j,
+                lambda,
+                t,
+                s.x,
+                s.y,
+                s.z,
+                mean,
+                change.x,
+                change.y,
+                change.z,
             ]
         },
         reference: |x| {
@@ -553,21 +583,54 @@ pub const PARITIES: &[Parity] = &[
             let view = Direction { theta: x[0], phi: x[1] };
             let centre = direction(x[2], 0.5);
             let (mut sum, mut whole) = (0.0, 0.0);
-            let (rows, columns) = (64, 48);
-            for i in 0..rows * columns {
-                let theta = PI * ((f64::from(i / columns) + 0.5) / f64::from(rows) - 0.5);
-                let phi = TAU * (f64::from(i % columns) + 0.5) / f64::from(columns);
-                let w = direction(theta, phi);
-                let light = (2.0 * (centre.dot(w) - 1.0) / (x[3] * x[3])).exp();
-                let lobes = scattering_function(&fibre, Direction { theta, phi }, view, 1e-2).unwrap();
-                let share = light * lobes.to_array()[x[4] as usize][0] * theta.cos() * theta.cos();
-                sum += share * (x[5] + w.dot(DVec3::new(x[6], x[7], x[8]))).clamp(0.0, 1.0);
-                whole += share;
+            for w in sphere() {
+                let at = Direction {
+                    theta: w.x.asin(),
+                    phi: w.z.atan2(w.y),
+                };
+                let seen = normal_below(x[4] + w.dot(DVec3::new(x[5], x[6], x[7])));
+                let lobes = scattering_function(&fibre, at, view, 1e-2).unwrap();
+                // Once for the fibre's projected width, once for the grid.
+                let sent = light_towards(centre, x[3], w) * lobes.sum()[0] * cosine_of(w) * cosine_of(w);
+                sum += sent * seen;
+                whole += sent;
             }
             vec![sum / whole]
         },
     },
 ];
+
+/// Directions on a grid of even steps in inclination and azimuth; [`cosine_of`] weighs them.
+fn sphere() -> impl Iterator<Item = DVec3> {
+    let (rows, columns) = (64, 48);
+    (0..rows * columns).map(move |i| {
+        let theta = PI * ((f64::from(i / columns) + 0.5) / f64::from(rows) - 0.5);
+        direction(theta, TAU * (f64::from(i % columns) + 0.5) / f64::from(columns))
+    })
+}
+
+/// Cosine of the inclination.
+fn cosine_of(w: DVec3) -> f64 {
+    (1.0 - w.x * w.x).max(0.0).sqrt()
+}
+
+fn light_towards(centre: DVec3, lambda: f64, w: DVec3) -> f64 {
+    (2.0 * (centre.dot(w) - 1.0) / (lambda * lambda)).exp()
+}
+
+/// Share of the normal distribution below `x`, within 1e-3: Simpson's rule on its density.
+fn normal_below(x: f64) -> f64 {
+    let (x, steps) = (x.clamp(-6.0, 6.0), 32);
+    let density = |t: f64| (-0.5 * t * t).exp() / TAU.sqrt();
+    let width = x / f64::from(steps);
+    let sum: f64 = (0..steps)
+        .map(|i| {
+            let left = width * f64::from(i);
+            density(left) + 4.0 * density(left + 0.5 * width) + density(left + width)
+        })
+        .sum();
+    0.5 + sum * width / 6.0
+}
 
 #[test]
 fn maths_and_tables_agree_with_float64() {
