@@ -28,10 +28,3 @@ fn world_from_lobe(light: LobeLight, local: vec3f, turn: vec2f) -> vec3f {
     let y = turn.y * local.x + turn.x * local.y;
     return light.tangent * x + light.bitangent * y + light.axis * local.z;
 }
-
-// Visibility T(w) = a + b . (w - A w_j) of a record, w in world space.
-fn visibility_towards(record: vec2u, light: LobeLight, w: vec3f) -> f32 {
-    let head = unpack2x16float(record.x);
-    let b = vec3f(head.y, unpack2x16float(record.y));
-    return clamp(head.x + dot(b, w - light.mean_cosine * light.axis), 0.0, 1.0);
-}

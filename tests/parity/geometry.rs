@@ -1,6 +1,6 @@
 //! Directions, frames, coverage, packing and the camera.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{PI, TAU};
 
 use glam::{DMat3, DVec2, DVec3};
 
@@ -339,32 +339,6 @@ pub const PARITIES: &[Parity] = &[
         reference: |x| {
             let turned = DVec2::from_angle(x[3]).rotate(DVec2::new(x[0], x[1]));
             vec![turned.x, turned.y, x[2]]
-        },
-    },
-    Parity {
-        covers: &["visibility_towards"],
-        file: "lib/lobe_light.wgsl",
-        call: "
-            var light: LobeLight;
-            light.axis = vec3f(0.0, 0.0, 1.0);
-            light.mean_cosine = x[7];
-            let record = vec2u(pack2x16float(vec2f(x[0], x[1])), pack2x16float(vec2f(x[2], x[3])));
-            y.x = visibility_towards(record, light, vec3f(x[4], x[5], x[6]));",
-        domain: "a 0 to 1, b in [-1, 1]^3, any direction",
-        tolerance: 2e-3,
-        reason: "a and b are 16-bit floats: 5e-4 each",
-        calls: CALLS,
-        draw: |r| {
-            let mut drawn = vec![between(r, 0.0, 1.0)];
-            drawn.extend((0..3).map(|_| between(r, -1.0, 1.0)));
-            drawn.extend(direction(between(r, -FRAC_PI_2, FRAC_PI_2), between(r, -PI, PI)).to_array());
-            drawn.push(between(r, 0.0, 1.0));
-            drawn
-        },
-        reference: |x| {
-            let b = DVec3::from_slice(&x[1..4]);
-            let from_mean = DVec3::from_slice(&x[4..7]) - DVec3::Z * x[7];
-            vec![(x[0] + b.dot(from_mean)).clamp(0.0, 1.0)]
         },
     },
 ];
