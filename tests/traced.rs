@@ -4,19 +4,12 @@ use std::ops::ControlFlow;
 
 use balayage_render::gpu::{Camera, Gpu, Method, Model, RenderSettings, Renderer, ShadeSettings};
 use balayage_render::groom::{BALL_RADIUS, ball};
-use balayage_render::image::Picture;
 use balayage_render::light::{EnvironmentMap, LightSet, SrbfLight};
 use balayage_render::param::{LobeRatios, PigmentSet, PointValues, VertexParams};
 use balayage_render::trace::{Scene, TraceSettings};
 use glam::Vec3;
 
 const SIZE: [u32; 2] = [64, 64];
-
-/// Mean radiance of what is covered.
-fn mean(picture: &Picture) -> f64 {
-    let sum = |c: usize| picture.pixels.iter().map(|p| f64::from(p[c])).sum::<f64>();
-    sum(1) / sum(3)
-}
 
 #[test]
 fn a_ball_is_as_bright_as_paths_say_in_both_models() {
@@ -61,7 +54,7 @@ fn a_ball_is_as_bright_as_paths_say_in_both_models() {
             ..RenderSettings::default()
         };
         renderer.render(&camera, SIZE, &settings).unwrap();
-        let drawn = mean(&renderer.picture().unwrap());
+        let drawn = renderer.picture().unwrap().mean()[1];
 
         let environment = EnvironmentMap::from_fn(128, 64, |w| lights.radiance(w)).0;
         let settings = TraceSettings {
@@ -75,7 +68,7 @@ fn a_ball_is_as_bright_as_paths_say_in_both_models() {
         let traced = scene
             .trace(&camera, SIZE, &settings, &|| ControlFlow::Continue(()))
             .unwrap();
-        let (single, all) = (mean(&traced.single), mean(&traced.all));
+        let (single, all) = (traced.single.mean()[1], traced.all.mean()[1]);
         eprintln!("{model:?}, absorption {sigma_a}: {drawn:.4}, traced {all:.4}, once scattered {single:.4}");
         let is_near = |wanted: f64| (drawn / wanted - 1.0).abs() < most_off;
         assert!(is_near(all), "{drawn} instead of {all}");

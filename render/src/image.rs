@@ -159,6 +159,13 @@ impl Picture {
         }
     }
 
+    /// Mean radiance of what is covered, linear rgb; not finite where nothing is.
+    pub fn mean(&self) -> [f64; 3] {
+        let sum = |c: usize| self.pixels.iter().map(|pixel| f64::from(pixel[c])).sum::<f64>();
+        let covered = sum(3);
+        std::array::from_fn(|c| sum(c) / covered)
+    }
+
     /// Pixels with a value that is not finite.
     pub fn non_finite(&self) -> usize {
         self.pixels

@@ -11,7 +11,7 @@ fn lobe_concentrations(f: Fibre, theta_o: f32) -> vec3f {
 }
 
 // How much of a light is seen from a fibre, by direction: Phi(t + s . w) for the normal distribution Phi, of which the light's mean and its
-// regression on w are known. Exact for a light that a half-space hides, linear where little changes.
+// regression on w are known. A step for a light that a half-space hides, linear where little changes.
 struct SeenLight {
     change: vec3f,      // b of the regression a + b . w, fibre's frame
     at_middle: f32,     // b . w at the light's mean direction
@@ -39,7 +39,8 @@ fn seen_light(mean: f32, change: vec3f, light: vec3f, lambda: f32, mean_cosine: 
     let along_square = along * along;
     let variance = max(dot(change, change) - along_square, 0.0) * across_variance
         + along_square * max(1.0 - 2.0 * across_variance - mean_cosine * mean_cosine, 0.0);
-    let seen = clamp(mean, SEEN_LEAST, 1.0 - SEEN_LEAST);
+    // No number stays none, to be counted in the picture.
+    let seen = guarded(mean, SEEN_LEAST, 1.0 - SEEN_LEAST, mean);
     let steep = seen * (1.0 - seen);
     let density_square = LOGISTIC * LOGISTIC * steep * steep;
     let share = min(1.0, SEEN_STEEPEST * density_square / max(variance, 1e-30));

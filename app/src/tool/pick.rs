@@ -66,16 +66,22 @@ pub fn place_on_strands(camera: &Camera, aspect: f32, groom: &Groom, at: Vec2) -
         let seen = view_from_world.transform_point3(*point);
         (seen.z < 0.0).then(|| (seen.truncate() / -seen.z, -1.0 / seen.z))
     };
-    let nearest = (0..groom.strand_count())
-        .flat_map(|strand| groom.positions()[groom.strand(strand)].windows(2))
-        .filter_map(|ends| {
-            let ((a, near_a), (b, near_b)) = (seen(&ends[0])?, seen(&ends[1])?);
-            let along =
-                ((wanted - a).dot(b - a) / a.distance_squared(b).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
-            (a.lerp(b, along).distance(wanted) < reach).then_some(near_a + along * (near_b - near_a))
-        })
-        .max_by(f32::total_cmp)?;
-    Some(behind(camera, aspect, at, 1.0 / nearest))
+    let mut nearest = 0.0_f32;
+    for strand in 0..groom.strand_count() {
+        let mut before: Option<(Vec2, f32)> = None;
+        for point in &groom.positions()[groom.strand(strand)] {
+            let here = seen(point);
+            if let (Some((a, near_a)), Some((b, near_b))) = (before, here) {
+                let along = (wanted - a).dot(b - a) / a.distance_squared(b).max(f32::MIN_POSITIVE);
+                let along = along.clamp(0.0, 1.0);
+                if a.lerp(b, along).distance(wanted) < reach {
+                    nearest = nearest.max(near_a + along * (near_b - near_a));
+                }
+            }
+            before = here;
+        }
+    }
+    (nearest > 0.0).then(|| behind(camera, aspect, at, 1.0 / nearest))
 }
 
 /// The dab at `place`, on the strand whose point is nearest; none where no point is nearer than `reach`.

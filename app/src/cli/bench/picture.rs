@@ -164,7 +164,7 @@ pub(super) fn run(args: &PictureArgs, console: &mut Console<'_>) -> Result<(), C
                 found.ratio[0].into(),
                 found.ratio[1].into(),
                 found.ratio[2].into(),
-                mean_radiance(&picture).into(),
+                picture.mean()[1].into(),
                 found.tile_rmse.into(),
                 noise.map_or(Cell::None, |noise| noise[which].into()),
                 seconds.into(),
@@ -194,18 +194,6 @@ pub(super) fn run(args: &PictureArgs, console: &mut Console<'_>) -> Result<(), C
     let (width, height, bytes) = side_by_side(&shown);
     write_png(&args.output.join("picture.png"), width, height, &bytes)?;
     Ok(console.result(report.json(), &report.text())?)
-}
-
-/// Mean radiance (green) of what is covered.
-fn mean_radiance(picture: &Picture) -> f64 {
-    let sum = |c: usize| {
-        picture
-            .pixels
-            .iter()
-            .map(|pixel| f64::from(pixel[c]))
-            .sum::<f64>()
-    };
-    sum(1) / sum(3)
 }
 
 fn read_reference(path: &Path, size: [u32; 2]) -> Result<Picture, CliError> {
