@@ -72,8 +72,7 @@ pub struct Traced {
 
 /// A fibre where a ray met it.
 struct Place {
-    position: Vec3,
-    strand: u32,
+    hit: Hit,
     /// Columns u (tangent), v, w; v points to the viewer as far as it can.
     frame: [Vec3; 3],
     theta_o: f64,
@@ -85,11 +84,7 @@ impl<'a> Scene<'a> {
     /// what shines, each of one radiance.
     pub fn new(groom: &'a Groom, params: &'a [VertexParams], environment: &'a EnvironmentMap) -> Self {
         let refined = RefinedGroom::new(groom, MAX_TURN_RAD);
-        let grid = SegmentGrid::new(&Strands {
-            positions: refined.positions(),
-            diameters: refined.diameters(),
-            first_point: refined.first_point(),
-        });
+        let grid = SegmentGrid::new(&Strands::from(&refined));
         Self {
             groom,
             params,
@@ -167,7 +162,7 @@ impl<'a> Scene<'a> {
         random: &mut impl Rng,
     ) -> Option<[Vec3; 2]> {
         let hit = self.grid.first(origin, direction, None)?;
-        let mut place = self.place(origin, direction, hit);
+        let mut place = self.place(direction, hit);
         let single = self.direct(&place, settings, random);
         let mut all = single;
         let mut throughput = Vec3::ONE;
@@ -183,16 +178,17 @@ impl<'a> Scene<'a> {
                 }
                 throughput /= chance;
             }
-            let Some(hit) = self.grid.first(place.position, direction, Some(place.strand)) else {
+            let origin = self.leave(&place, direction, random);
+            let Some(hit) = self.grid.first(origin, direction, Some(place.hit.strand)) else {
                 break;
             };
-            place = self.place(place.position, direction, hit);
+            place = self.place(direction, hit);
             all += throughput * self.direct(&place, settings, random);
         }
         Some([single, all])
     }
 
-    fn place(&self, origin: Vec3, direction: Vec3, hit: Hit) -> Place {
+    fn place(&self, direction: Vec3, hit: Hit) -> Place {
         let point = hit.point as usize;
         let tangents = self.refined.tangents();
         let u = tangents[point]
@@ -205,8 +201,7 @@ impl<'a> Scene<'a> {
         let (source, share) = self.refined.source_between(point, hit.fraction);
         let next = (source + 1).min(self.groom.point_count() - 1);
         Place {
-            position: origin + direction * hit.distance,
-            strand: hit.strand,
+            hit,
             frame: [u, v, u.cross(v)],
             theta_o: f64::from((-direction).dot(u)).clamp(-1.0, 1.0).asin(),
             fibre: self.params[source].fibre_towards(&self.params[next], share),
@@ -227,12 +222,20 @@ impl<'a> Scene<'a> {
                 chosen = Some((direction, light / brightness));
             }
         }
-        match chosen {
-            Some((direction, colour)) if self.grid.is_free(place.position, direction, Some(place.strand)) => {
-                colour * total / settings.candidates as f32
-            }
-            _ => Vec3::ZERO,
+        let Some((direction, colour)) = chosen else {
+            return Vec3::ZERO;
+        };
+        let origin = self.leave(place, direction, random);
+        if self.grid.is_free(origin, direction, Some(place.hit.strand)) {
+            colour * total / settings.candidates as f32
+        } else {
+            Vec3::ZERO
         }
+    }
+
+    /// A line out of the fibre.
+    fn leave(&self, place: &Place, direction: Vec3, random: &mut impl Rng) -> Vec3 {
+        Strands::from(&self.refined).line_from(&place.hit, direction, random.random_range(-1.0..1.0))
     }
 
     /// Radiance of the pixel that `direction` falls into.

@@ -74,10 +74,9 @@ struct Meeting {
 /// A fibre where light arrives.
 #[derive(Clone, Copy)]
 struct Place {
+    hit: Hit,
+    /// On the fibre's axis.
     position: Vec3,
-    strand: u32,
-    point: usize,
-    fraction: f32,
     /// Columns u (tangent), v, w; v points to where the light comes from as far as it can.
     frame: [Vec3; 3],
     sin_theta: f32,
@@ -97,10 +96,10 @@ pub struct Rules {
 impl Hair {
     /// Fibres of the strands' own diameters; parameters have to follow.
     pub fn new(strands: RefinedGroom, solid: Option<SolidVoxels>) -> Self {
-        let (low, high) = lines(&strands).bounds();
+        let (low, high) = Strands::from(&strands).bounds();
         let widest = strands.diameters().iter().copied().fold(0.0, f32::max);
         let segments: Vec<u32> = (0..strands.strand_count())
-            .flat_map(|strand| lines(&strands).segments(strand))
+            .flat_map(|strand| Strands::from(&strands).segments(strand))
             .map(|i| i as u32)
             .collect();
         let mut area_before = vec![0.0];
@@ -134,7 +133,7 @@ impl Hair {
 
     /// A dark field of these strands.
     pub fn field(&self, cell: f32) -> LightField {
-        LightField::new(&lines(&self.strands), cell)
+        LightField::new(&Strands::from(&self.strands), cell)
     }
 
     /// Sends photons on from number `done.photons` until there were `rays` rays in all, more where photons take many; the same numbers give the same field, whoever
@@ -158,7 +157,9 @@ impl Hair {
         {
             return Ok(());
         }
-        let grid = self.grid.get_or_init(|| SegmentGrid::new(&lines(&self.strands)));
+        let grid = self
+            .grid
+            .get_or_init(|| SegmentGrid::new(&Strands::from(&self.strands)));
         while done.rays < rays || done.photons * MOST_RAYS_EACH < rays {
             if stop() {
                 return Err(Interrupted);
@@ -212,10 +213,7 @@ impl Hair {
         }
         let mut rays = 1;
         let hits = grid.hits(entry, -towards, None);
-        let mut places: Vec<(Hit, Place)> = hits
-            .into_iter()
-            .map(|hit| (hit, self.place(entry - towards * hit.distance, towards, hit)))
-            .collect();
+        let mut places: Vec<Place> = hits.into_iter().map(|hit| self.place(towards, hit)).collect();
         // Lines per area, both ways together: every fibre has been chosen by its own area.
         let across_fibres = |place: &Place| {
             f64::from(1.0 - place.sin_theta * place.sin_theta)
@@ -223,20 +221,16 @@ impl Hair {
                 .max(LEAST_ACROSS)
         };
         let area = self.area_before.last().copied().unwrap_or(0.0);
-        let through_fibres = places
-            .iter()
-            .map(|(_, place)| 1.0 / across_fibres(place))
-            .sum::<f64>()
-            / area;
+        let through_fibres = places.iter().map(|place| 1.0 / across_fibres(place)).sum::<f64>() / area;
         let lines = 0.5 * (1.0 / f64::from(silhouette) + through_fibres);
         let power = light * (1.0 / lines) as f32;
 
         // Light reaches the fibres in front of those of other strands: no strand shades itself.
-        places.sort_by(|(a, _), (b, _)| a.distance.total_cmp(&b.distance));
-        let first = places.first().map(|(hit, _)| hit.strand);
-        for (_, here) in places
+        places.sort_by(|a, b| a.hit.distance.total_cmp(&b.hit.distance));
+        let first = places.first().map(|place| place.hit.strand);
+        for here in places
             .into_iter()
-            .take_while(|(hit, _)| Some(hit.strand) == first)
+            .take_while(|place| Some(place.hit.strand) == first)
         {
             if !self.is_blocked(here.position, towards, f32::INFINITY) {
                 let met = meetings.len();
@@ -286,13 +280,15 @@ impl Hair {
             let [u, v, w] = here.frame;
             let direction = (u * sin_theta + (v * cos_phi + w * sin_phi) * cos_theta).normalize();
             rays += 1;
-            let Some(hit) = grid.first(here.position, direction, Some(here.strand)) else {
+            let origin =
+                Strands::from(&self.strands).line_from(&here.hit, direction, random.random_range(-1.0..1.0));
+            let Some(hit) = grid.first(origin, direction, Some(here.hit.strand)) else {
                 continue;
             };
-            if self.is_blocked(here.position, direction, hit.distance) {
+            if self.is_blocked(origin, direction, hit.distance) {
                 continue;
             }
-            let there = self.place(here.position + direction * hit.distance, -direction, hit);
+            let there = self.place(-direction, hit);
             if has_turned || rules.onward {
                 meetings.push(Meeting {
                     photon: 0,
@@ -347,7 +343,7 @@ impl Hair {
         self.strands.positions()[i].lerp(self.strands.positions()[i + 1], fraction)
     }
 
-    fn place(&self, position: Vec3, towards: Vec3, hit: Hit) -> Place {
+    fn place(&self, towards: Vec3, hit: Hit) -> Place {
         let i = hit.point as usize;
         let tangents = self.strands.tangents();
         let u = tangents[i].lerp(tangents[i + 1], hit.fraction).normalize();
@@ -356,17 +352,16 @@ impl Hair {
             .try_normalize()
             .unwrap_or_else(|| u.any_orthonormal_vector());
         Place {
-            position,
-            strand: hit.strand,
-            point: i,
-            fraction: hit.fraction,
+            hit,
+            position: Strands::from(&self.strands).place(&hit),
             frame: [u, v, u.cross(v)],
             sin_theta,
         }
     }
 
     fn scatter(&self, here: &Place, rules: Rules, random: &mut impl Rng) -> Option<Sample> {
-        let (source, share) = self.strands.source_between(here.point, here.fraction);
+        let Hit { point, fraction, .. } = here.hit;
+        let (source, share) = self.strands.source_between(point as usize, fraction);
         let next = (source + 1).min(self.params.len() - 1);
         let fibre = self.params[source].fibre_towards(&self.params[next], share);
         let theta = f64::from(here.sin_theta).asin();
@@ -381,14 +376,6 @@ impl Hair {
         self.solid
             .as_ref()
             .is_some_and(|solid| solid.blocks(origin, direction, distance))
-    }
-}
-
-fn lines(strands: &RefinedGroom) -> Strands<'_> {
-    Strands {
-        positions: strands.positions(),
-        diameters: strands.diameters(),
-        first_point: strands.first_point(),
     }
 }
 

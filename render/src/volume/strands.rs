@@ -2,7 +2,8 @@
 
 use glam::Vec3;
 
-use crate::groom::Groom;
+use super::Hit;
+use crate::groom::{Groom, RefinedGroom};
 
 /// Borrowed polylines with a diameter per point, in one unit of length.
 #[derive(Clone, Copy, Debug)]
@@ -25,6 +26,16 @@ impl<'a> From<&'a Groom> for Strands<'a> {
     }
 }
 
+impl<'a> From<&'a RefinedGroom> for Strands<'a> {
+    fn from(strands: &'a RefinedGroom) -> Self {
+        Self {
+            positions: strands.positions(),
+            diameters: strands.diameters(),
+            first_point: strands.first_point(),
+        }
+    }
+}
+
 impl Strands<'_> {
     /// Number of strands.
     pub fn strand_count(&self) -> usize {
@@ -40,6 +51,22 @@ impl Strands<'_> {
     pub fn segments(&self, strand: usize) -> std::ops::Range<usize> {
         let points = self.strand(strand);
         points.start..points.end.saturating_sub(1)
+    }
+
+    /// The place on the axis of the fibre that was hit.
+    pub fn place(&self, hit: &Hit) -> Vec3 {
+        let i = hit.point as usize;
+        self.positions[i].lerp(self.positions[i + 1], hit.fraction)
+    }
+
+    /// Where a line along `direction` that meets the fibre of `hit` there is nearest to its axis; `across` from -1 to 1 are the lines from one side of the
+    /// fibre to the other. Light that leaves a fibre by lines other than those that it may come by gathers in dense hair: 2 % in a ball of 50,000
+    /// white fibres.
+    pub fn line_from(&self, hit: &Hit, direction: Vec3, across: f32) -> Vec3 {
+        let i = hit.point as usize;
+        let radius = 0.25 * (self.diameters[i] + self.diameters[i + 1]);
+        let aside = direction.cross(self.positions[i + 1] - self.positions[i]);
+        self.place(hit) + aside.normalize_or_zero() * (radius * across)
     }
 
     /// Lower and upper corner of the box around all points; an empty box at the origin where there are none.
