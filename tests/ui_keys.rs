@@ -169,6 +169,31 @@ fn a_click_within_one_frame_counts() {
     assert_eq!(document(&harness).history_labels().1, 1);
 }
 
+/// Where a slow frame has the whole stroke, it runs where the pointer did.
+#[test]
+fn a_stroke_within_one_frame_is_that_of_many() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = editor(&project(folder.path()));
+    let middle = harness.get_by_label("Viewport").rect().center();
+    let way = [(-60.0, 0.0), (0.0, 50.0), (60.0, 0.0)].map(|(x, y)| middle + Vec2::new(x, y));
+    hover(&mut harness, way[0]);
+    let moves = way.map(Event::PointerMoved);
+    let mut events = vec![button(way[0], PointerButton::Primary, true)];
+    events.extend(moves);
+    events.push(button(way[2], PointerButton::Primary, false));
+    harness.input_mut().events.extend(events.clone());
+    harness.step();
+    hover(&mut harness, way[0]);
+    for event in events {
+        harness.input_mut().events.push(event);
+        harness.step();
+    }
+    let [swift, slow] = &document(&harness).project().operations[..] else {
+        panic!("{:?}", document(&harness).history_labels());
+    };
+    assert!(swift.dabs.len() > 4 && swift.dabs == slow.dabs);
+}
+
 /// A stroke meets the hair before there is a picture of it, here because the sky's lights are still fitted.
 #[test]
 fn strokes_before_the_first_picture_meet_the_hair() {

@@ -1,7 +1,7 @@
 //! What the tools do to the hair under the pointer: strokes, picking, the lasso.
 
 use balayage_render::{gpu::Camera, param::Channel};
-use egui::{Modifiers, Pos2, Rect, Response};
+use egui::{Modifiers, Pos2, Rect};
 use glam::{Vec2, Vec3};
 
 use super::{
@@ -75,13 +75,14 @@ impl Editor {
         Gesture::Stroke(StrokePath::new(place))
     }
 
-    pub(super) fn continue_stroke(&mut self, mut path: StrokePath, response: &Response, rect: Rect) {
-        let Some(at) = response.interact_pointer_pos() else {
-            return;
-        };
-        let step = (self.brush.spacing * self.ring_radius(at, rect)).max(2.0);
-        let brush = path.pulled(Vec2::new(at.x, at.y), self.brush.string);
-        let places = path.advance(brush, step);
+    /// Goes on along the pointer's `way` in this frame.
+    pub(super) fn continue_stroke(&mut self, mut path: StrokePath, way: &[Pos2], rect: Rect) {
+        let mut places = Vec::new();
+        for at in way {
+            let step = (self.brush.spacing * self.ring_radius(*at, rect)).max(2.0);
+            let brush = path.pulled(Vec2::new(at.x, at.y), self.brush.string);
+            places.extend(path.advance(brush, step));
+        }
         self.gesture = Gesture::Stroke(path);
         self.paint_at(&places, rect);
     }

@@ -1,7 +1,7 @@
 //! The viewport: the picture, and what the pointer does to it.
 
 use balayage_render::gpu::{Method, RenderSettings, ShadeSettings};
-use egui::{Color32, Modifiers, PointerButton, Pos2, Rect, Response, Role, Sense, Ui, WidgetInfo};
+use egui::{Color32, Event, Modifiers, PointerButton, Pos2, Rect, Response, Role, Sense, Ui, WidgetInfo};
 use glam::Vec2;
 
 use super::{
@@ -125,6 +125,7 @@ impl Editor {
                 escape,
             )
         });
+        let way = ui.input(|input| pointer_way(&input.events));
         let height = rect.height().max(1.0);
         if response.hovered() && wheel != 0.0 {
             self.look(|camera| camera.zoom(0.004 * wheel));
@@ -149,13 +150,14 @@ impl Editor {
         ]
         .into_iter()
         .find(|button| {
-            // A quick hand may press and release within one frame.
-            (response.is_pointer_button_down_on() || response.clicked_by(*button))
-                && ui.input(|input| input.pointer.button_pressed(*button))
+            // A quick hand may press and release within one frame, and move between.
+            let is_here = response.is_pointer_button_down_on()
+                || response.clicked_by(*button)
+                || (response.contains_pointer() && way.first().is_some_and(|at| rect.contains(*at)));
+            is_here && ui.input(|input| input.pointer.button_pressed(*button))
         });
         if let Some(button) = pressed {
-            let at = response.interact_pointer_pos();
-            self.gesture = self.started(button, modifiers, at, rect);
+            self.gesture = self.started(button, modifiers, way.first().copied(), rect);
         }
         if matches!(self.gesture, Gesture::None) {
             return;
@@ -180,13 +182,13 @@ impl Editor {
             Gesture::MoveLight { is_near, offset } if delta != egui::Vec2::ZERO => {
                 self.drag_handle(response, rect, offset, is_near);
             }
-            Gesture::Stroke(path) => self.continue_stroke(path, response, rect),
+            Gesture::Stroke(path) => self.continue_stroke(path, &way, rect),
             Gesture::Lasso(mut path) => {
-                if let Some(at) = response.interact_pointer_pos() {
-                    let places = path.advance(Vec2::new(at.x, at.y), LASSO_STEP);
-                    self.outline.extend(places);
-                    self.gesture = Gesture::Lasso(path);
+                for at in way {
+                    self.outline
+                        .extend(path.advance(Vec2::new(at.x, at.y), LASSO_STEP));
                 }
+                self.gesture = Gesture::Lasso(path);
             }
             Gesture::MoveLight { .. } | Gesture::TurnLight | Gesture::Adjust(_) | Gesture::None => {}
         }
@@ -251,6 +253,28 @@ impl Editor {
             change(camera);
         }
     }
+}
+
+/// Where the pointer was in this frame while a button was held, all of it: a slow frame makes no polygon of a curve. Begins where the button was pressed,
+/// if it was in this frame, and ends where it was released.
+fn pointer_way(events: &[Event]) -> Vec<Pos2> {
+    let mut way = Vec::new();
+    for event in events {
+        match event {
+            Event::PointerMoved(at) => way.push(*at),
+            Event::PointerButton { pos, pressed, .. } => {
+                if *pressed {
+                    way.clear();
+                }
+                way.push(*pos);
+                if !pressed {
+                    break;
+                }
+            }
+            _ => {}
+        }
+    }
+    way
 }
 
 /// A place on the screen in [0, 1]^2 of the picture.

@@ -29,10 +29,10 @@ const MOST_FIBRES: u32 = 1 << 14;
 const LEAST_ACROSS: f64 = 1e-3;
 
 /// Below this share of its first power a photon is ended by chance.
-const FAINT: f32 = 1.0 / 3.0;
+const FAINT: f32 = 0.5;
 
 /// Above this multiple of its first power a photon is split.
-const STRONG: f32 = 3.0;
+const STRONG: f32 = 2.0;
 /// Parts that it is split into at most.
 const MOST_PARTS: f32 = 16.0;
 

@@ -41,7 +41,7 @@ pub(super) struct FurnaceArgs {
     #[arg(long, value_delimiter = ',', default_values_t = [0.0, 0.01, 0.1, 1.0])]
     sigma_a: Vec<f32>,
     /// Points of a shell that are looked at.
-    #[arg(long, default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     points: u32,
     /// Directions that each is looked at from.
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1000))]
@@ -59,7 +59,7 @@ pub(super) struct FurnaceArgs {
     #[arg(long, value_name = "TERMS", default_value = "all")]
     terms: Terms,
     /// Rays that visibility is refined by; light between fibres takes more photons with them.
-    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=4096))]
     visibility_rays: u32,
     /// Seed of the strands and of the points.
     #[arg(long, default_value_t = 1)]
