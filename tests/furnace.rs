@@ -202,7 +202,7 @@ fn a_dense_white_ball_that_loses_nothing_is_as_bright_as_its_world_to_its_middle
     // Of some thousand photons a few tens reach the last shell, a sixty-fourth of the ball.
     for (multiple, bounds, innermost) in [
         (Multiple::M3, 0.95..1.08, 0.95..1.08),
-        (Multiple::Traced, 0.85..1.15, 0.7..1.4),
+        (Multiple::Traced, 0.93..1.07, 0.85..1.15),
     ] {
         let white = ball(multiple, 0.0);
         eprintln!("radiance by depth, {multiple:?}: {white:.3?}");

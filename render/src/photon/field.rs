@@ -7,7 +7,7 @@ use glam::{IVec3, Vec3};
 use half::f16;
 
 use super::pool::Pool;
-use crate::volume::{Strands, clip_segment};
+use crate::volume::{Strands, clip_segment, occupied_cells};
 
 /// Parts of the sphere per side of the octahedral map.
 const SIDE: u32 = 8;
@@ -19,6 +19,8 @@ const EMPTY: u32 = u32::MAX;
 
 /// Most cells along one axis.
 const MAX_CELLS: i32 = 256;
+/// Most cells with fibres, about: their radiance takes 64 MiB.
+const MOST_CELLS: usize = 1 << 17;
 
 /// Largest stored value: half floats end at 65,504.
 const LARGEST: f32 = 1024.0;
@@ -68,10 +70,17 @@ pub struct LightField {
 }
 
 impl LightField {
-    /// Dark cells of edge `cell` around the strands, larger ones where more than 256 would stand along an axis.
+    /// Dark cells of edge `cell` around the strands, larger ones where more than 256 would stand along an axis or some 131,000 hold fibres.
     pub fn new(strands: &Strands<'_>, cell: f32) -> Self {
         let (low, high) = strands.bounds();
-        let cell = cell.max((high - low).max_element() / (MAX_CELLS - 1) as f32);
+        let mut cell = cell.max((high - low).max_element() / (MAX_CELLS - 1) as f32);
+        loop {
+            let times = occupied_cells(strands, low, cell.into()) as f32 / MOST_CELLS as f32;
+            if times <= 1.0 {
+                break;
+            }
+            cell *= times.cbrt().max(1.02);
+        }
         let cells = ((high - low) / cell).ceil().as_ivec3().max(IVec3::ONE);
         let mut field = Self {
             low,
@@ -232,6 +241,27 @@ pub fn part_directions(part: u32) -> [Vec3; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn cells_of_wide_hair_are_as_many_as_a_buffer_holds() {
+        // Short strands on a lattice of unit pitch, each alone in its cell.
+        let positions: Vec<Vec3> = (0..300_000)
+            .map(|k| IVec3::new(k % 68, k / 68 % 68, k / (68 * 68)).as_vec3())
+            .flat_map(|root| [root, root + 0.2])
+            .collect();
+        let strands = Strands {
+            positions: &positions,
+            diameters: &vec![0.1; positions.len()],
+            first_point: &(0..=300_000).map(|k| 2 * k).collect::<Vec<_>>(),
+        };
+        assert!(occupied_cells(&strands, strands.bounds().0, 0.5) > 2 * MOST_CELLS);
+        let field = LightField::new(&strands, 0.5);
+        let count = field.area.len();
+        assert!(
+            count > MOST_CELLS / 2 && count < MOST_CELLS + MOST_CELLS / 8,
+            "{count}"
+        );
+    }
 
     #[test]
     fn every_part_holds_its_middle_and_the_sphere_is_covered_evenly() {

@@ -8,7 +8,7 @@ use glam::{IVec3, Vec3};
 use super::DIRECTIONS;
 
 /// Photons from which on a cell counts more than its surroundings.
-const ENOUGH: f32 = 2.0;
+const ENOUGH: f32 = 8.0;
 
 /// No photon yet.
 const NONE: u64 = u64::MAX;

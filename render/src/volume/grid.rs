@@ -96,7 +96,7 @@ pub fn fibre_spacing(strands: &Strands<'_>) -> f32 {
 }
 
 /// Number of cells of edge `cell` in which a segment has a sample; samples are at most half a cell apart.
-fn occupied_cells(strands: &Strands<'_>, low: Vec3, cell: f64) -> usize {
+pub(crate) fn occupied_cells(strands: &Strands<'_>, low: Vec3, cell: f64) -> usize {
     let mut cells = HashSet::new();
     for strand in 0..strands.strand_count() {
         for i in strands.segments(strand) {

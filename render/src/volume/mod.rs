@@ -18,6 +18,7 @@ mod strands;
 pub(crate) use clip::clip_segment;
 pub use density::{DensityVolume, EMPTY_BRICK, SOLID_BRICK, Share, VolumeSettings};
 pub use exact::{Hit, SegmentGrid};
+pub(crate) use grid::occupied_cells;
 pub use grid::{BRICK_SIDE, BRICK_VOXELS, Grid};
 pub use neighbours::Neighbours;
 pub use occluder::Occluder;
