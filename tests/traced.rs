@@ -32,7 +32,7 @@ fn a_ball_is_as_bright_as_paths_say_in_both_models() {
     for (model, sigma_a, lights, most_off) in [
         (Model::Deon, 0.0, &even, 0.03),
         (Model::Marschner, 0.0, &even, 0.03),
-        // Fibres of a quarter of a pixel, lit from one side: 8 % too bright.
+        // Fibres of a quarter of a pixel, lit from one side.
         (Model::Deon, 0.1, &side, 0.08),
     ] {
         let params = VertexParams {

@@ -4,9 +4,11 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use balayage_render::gpu::{Gpu, GpuError, MeanFibre, Transmittance, VisibilitySource, VolumeReport};
+use balayage_render::gpu::{
+    Gpu, GpuError, MeanFibre, RenderSettings, Renderer, Terms, Transmittance, VisibilitySource, VolumeReport,
+};
 use balayage_render::groom::{Groom, ball};
-use balayage_render::light::SrbfLight;
+use balayage_render::light::{LightSet, SrbfLight};
 use balayage_render::optics::{Fibre, scattering_averages};
 use balayage_render::param::{LobeRatios, PigmentSet, PointValues, VertexParams};
 use balayage_render::volume::{DensityVolume, SegmentGrid, Strands, VolumeSettings, lobe};
@@ -308,6 +310,7 @@ fn a_red_sheet_tints_the_sheet_behind_as_the_fibres_along_exact_rays_do() {
     let grid = SegmentGrid::new(&Strands::from(&groom));
     let mut random = random(9);
     let (mut exact, mut exact_plain) = ([0.0; 3], 0.0);
+    let (mut scattered, mut scattered_plain) = ([0.0; 3], 0.0);
     const RAYS: usize = 16;
     for &point in &points {
         for k in 0..RAYS {
@@ -322,8 +325,15 @@ fn a_red_sheet_tints_the_sheet_behind_as_the_fibres_along_exact_rays_do() {
             for channel in 0..3 {
                 let passed = forward[0].powi(behind as i32) * forward[channel].powi(crossed as i32);
                 exact[channel] += passed / (points.len() * RAYS) as f64;
+                if !hits.is_empty() {
+                    scattered[channel] += passed;
+                }
             }
-            exact_plain += forward[0].powi(hits.len() as i32) / (points.len() * RAYS) as f64;
+            let passed = forward[0].powi(hits.len() as i32);
+            exact_plain += passed / (points.len() * RAYS) as f64;
+            if !hits.is_empty() {
+                scattered_plain += passed;
+            }
         }
     }
     let mean_of = |records: &[[f32; 8]], channel: usize| {
@@ -348,6 +358,34 @@ fn a_red_sheet_tints_the_sheet_behind_as_the_fibres_along_exact_rays_do() {
     assert!((mean_of(&plain, 1) / exact_plain - 1.0).abs() < 0.05);
     // Painted hair is told from unpainted by far more than that.
     assert!(exact[1] < 0.85 * exact_plain && exact[2] < exact[1]);
+
+    // The picture's photons, which bend at every fibre where exact rays go on straight.
+    let mut renderer = Renderer::new(&gpu).unwrap();
+    renderer.set_groom(&groom, None).unwrap();
+    renderer.set_lights(&LightSet {
+        lights: lights.to_vec(),
+        constant: Vec3::ZERO,
+    });
+    let mut settings = RenderSettings {
+        visibility_rays: 16,
+        ..RenderSettings::default()
+    };
+    settings.shade.terms = Terms::D;
+    let points: Vec<u32> = points.iter().map(|point| *point as u32).collect();
+    let mut through = |params: &[VertexParams]| -> Vec3 {
+        renderer.set_params(params, &[]).unwrap();
+        let behind = -100.0 * Vec3::Z;
+        let radiance = renderer.radiance_of_points(&points, behind, &settings).unwrap();
+        radiance.iter().sum()
+    };
+    let seen_red = through(&params);
+    params.iter_mut().for_each(|p| p.sigma_a = [0.1; 3]);
+    let tint = (seen_red / through(&params)).as_dvec3().to_array();
+    let exact_tint = scattered.map(|passed| passed / scattered_plain);
+    eprintln!("tint of what the front sheet passes on: {tint:.3?}, exact {exact_tint:.3?}");
+    for (tint, exact) in tint.into_iter().zip(exact_tint) {
+        assert!((tint - exact).abs() < 0.05, "{tint} instead of {exact}");
+    }
 }
 
 /// a_f of the usual fibre with that absorption, at right angles: the sheets' fibres lie within 25 degrees of them.
