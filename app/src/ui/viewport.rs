@@ -151,10 +151,13 @@ impl Editor {
         .into_iter()
         .find(|button| {
             // A quick hand may press and release within one frame, and move between.
-            let is_here = response.is_pointer_button_down_on()
-                || response.clicked_by(*button)
-                || (response.contains_pointer() && way.first().is_some_and(|at| rect.contains(*at)));
-            is_here && ui.input(|input| input.pointer.button_pressed(*button))
+            let [is_pressed, is_released] = ui.input(|input| {
+                let pointer = &input.pointer;
+                [pointer.button_pressed(*button), pointer.button_released(*button)]
+            });
+            let is_swift =
+                is_released && response.hovered() && way.first().is_some_and(|at| rect.contains(*at));
+            is_pressed && (response.is_pointer_button_down_on() || response.clicked_by(*button) || is_swift)
         });
         if let Some(button) = pressed {
             self.gesture = self.started(button, modifiers, way.first().copied(), rect);
