@@ -397,7 +397,7 @@ impl<'a> Sources<'a> {
         Self { lights, power_before }
     }
 
-    /// A light by `among` in [0, 1): its radiance times solid angle over its chance, and a direction of its lobe.
+    /// A direction of the light at `among` in [0, 1): the radiance of all lights there over the direction's density, and the direction.
     fn draw(&self, among: f64, random: &mut impl Rng) -> (Vec3, Vec3) {
         let all = self.power_before[self.lights.len()];
         let index = self.power_before.partition_point(|before| *before <= among * all);
@@ -407,10 +407,15 @@ impl<'a> Sources<'a> {
         let (tangent, bitangent) = lobe::frame(axis);
         let (sin_phi, cos_phi) = (random.random::<f32>() * std::f32::consts::TAU).sin_cos();
         let across = (tangent * cos_phi + bitangent * sin_phi) * (1.0 - cos * cos).max(0.0).sqrt();
-        let energy = light.energy();
-        (
-            (energy * (all / energy.element_sum())).as_vec3(),
-            axis * cos + across,
-        )
+        let towards = axis * cos + across;
+        // Whichever light was drawn, all shine from there. Drawn by the sums of their channels, photons are alike in power and have the colour of
+        // their direction (the balance heuristic of Veach 1997).
+        let radiance: Vec3 = self
+            .lights
+            .iter()
+            .map(|light| light.radiance_towards(towards))
+            .sum();
+        let sum = radiance.element_sum().max(f32::MIN_POSITIVE);
+        (radiance * (all as f32 / sum), towards)
     }
 }
