@@ -11,7 +11,8 @@ use crate::param::VertexParams;
 use crate::photon::{Hair, LightField, Rules, Traced};
 use crate::volume::SolidVoxels;
 
-/// Edge of a cell of the light field in voxels: at three the rim of dense white hair is up to 10 % too bright, at one and a half noise is all that is gained.
+/// Edge of a cell of the light field in voxels: at three the rim of dense white hair is up to 10 % too bright, at one and a half pictures gain nothing but
+/// noise.
 pub const CELL_VOXELS: f32 = 2.0;
 
 /// Rays of a field while lights move.

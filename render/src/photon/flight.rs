@@ -415,7 +415,8 @@ impl<'a> Sources<'a> {
             .iter()
             .map(|light| light.radiance_towards(towards))
             .sum();
-        let sum = radiance.element_sum().max(f32::MIN_POSITIVE);
-        (radiance * (all as f32 / sum), towards)
+        // In float64: where the dimmest lights underflow no light is left, not 0 times infinity.
+        let sum = f64::from(radiance.element_sum().max(f32::MIN_POSITIVE));
+        ((radiance.as_dvec3() * (all / sum)).as_vec3(), towards)
     }
 }
